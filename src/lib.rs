@@ -1,0 +1,21 @@
+//! Diffuse global illumination by hierarchical radiosity with clustering, where visibility is
+//! proved by shafts first and decided by rays (Embree 4, or a pure-Rust tracer) only where no
+//! proof is found.
+//!
+//! Data flows one way through the rooms below; a room uses only the rooms above it:
+//!
+//! ```text
+//! math → scene → hierarchy → shaft → tracer → visibility → radiosity → image → export → report → cli
+//! ```
+
+pub mod cli;
+pub mod export;
+pub mod hierarchy;
+pub mod image;
+pub mod math;
+pub mod radiosity;
+pub mod report;
+pub mod scene;
+pub mod shaft;
+pub mod tracer;
+pub mod visibility;

@@ -1,0 +1,3 @@
+//! What a run did, in numbers: the statistics record, its table and its JSON.
+
+pub mod stats;

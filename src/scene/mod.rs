@@ -1,0 +1,88 @@
+//! What is to be lit: polygons, materials, emitters and cameras, read from files and checked, then
+//! never changed again.
+
+use glam::DVec3;
+
+/// A validated scene. Positions are in scene units, as in the file (double precision).
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Name shown to people: the file's stem or its folder's name.
+    pub name: String,
+    /// Vertex positions in scene units; all finite.
+    pub positions: Vec<DVec3>,
+    /// Triangles; vertex, material and patch ids are in range and the area is not zero.
+    pub triangles: Vec<Triangle>,
+    /// Materials; reflectance in `[0, 0.98]`, radiance ≥ 0, all finite.
+    pub materials: Vec<Material>,
+    /// Cameras, never empty after loading (one is derived from the bounds when the file has none).
+    pub cameras: Vec<Camera>,
+    /// Metres in one scene unit; areas and powers in watts use it.
+    pub meters_per_unit: f64,
+    /// How many input polygons (patches) the triangles came from.
+    pub patch_count: u32,
+    /// What the import dropped or repaired.
+    pub counts: ImportCounts,
+    /// One line each, for standard error: what was repaired.
+    pub warnings: Vec<String>,
+}
+
+/// Three vertices in counter-clockwise order seen from the front (emitting) side.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Triangle {
+    /// Indices into [`Scene::positions`].
+    pub vertices: [u32; 3],
+    /// Index into [`Scene::materials`].
+    pub material: u32,
+    /// The input polygon it came from, `0..patch_count`.
+    pub patch: u32,
+}
+
+/// A diffuse surface, linear RGB (Rec. 709).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// Name in the MTL or the scene description.
+    pub name: String,
+    /// Fraction of light reflected, `[0, 0.98]` per channel.
+    pub reflectance: [f32; 3],
+    /// Emitted radiance in W/(m²·sr), from the front side only.
+    pub radiance: [f32; 3],
+}
+
+impl Material {
+    /// Whether any channel emits.
+    pub fn is_emitter(&self) -> bool {
+        self.radiance.iter().any(|&l| l > 0.0)
+    }
+}
+
+/// A pinhole camera in scene units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Camera {
+    /// Chosen with `--camera NAME`.
+    pub name: String,
+    /// Where it stands.
+    pub eye: DVec3,
+    /// What it looks at; differs from `eye`.
+    pub target: DVec3,
+    /// Up, not parallel to the view direction.
+    pub up: DVec3,
+    /// Full vertical field of view, degrees, in (0, 180).
+    pub vfov_deg: f64,
+    /// Pixels, ≥ 1.
+    pub width: u32,
+    /// Pixels, ≥ 1.
+    pub height: u32,
+}
+
+/// What the import counted while it cleaned up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ImportCounts {
+    /// Triangles after triangulation, before anything was dropped.
+    pub triangles_initial: u64,
+    /// Triangles of zero area.
+    pub dropped_degenerate: u64,
+    /// Triangles with the very same three positions as an earlier one (either winding).
+    pub dropped_duplicate: u64,
+    /// Faces that are points or lines.
+    pub skipped_faces: u64,
+}

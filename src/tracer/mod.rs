@@ -1,0 +1,138 @@
+//! Ray queries: is a segment blocked, by what, and what does a ray hit first. One trait, and behind
+//! it Embree, a pure-Rust tracer and an exhaustive f64 referee.
+//!
+//! **Endpoint rule** (the same for all): a segment is open; it is blocked by a hit at
+//! `t` in `(ENDPOINT_EPSILON, 1 − ENDPOINT_EPSILON)` of its length.
+//! **Id rule**: a segment is never blocked by a facet named in its `skip`.
+//! **Candidate rule**: a hit on a facet outside the candidates does not count; it is reported to the
+//! audit.
+
+use glam::Vec3;
+
+/// No facet: the segment is clear, or the slot of `skip` is not used.
+pub const NO_FACET: u32 = u32::MAX;
+
+/// Relative length at both ends of a segment in which nothing is hit.
+pub const ENDPOINT_EPSILON: f32 = 1e-4;
+
+/// Most segments in one call of [`Tracer::blockers`].
+pub const PACKET: usize = 16;
+
+/// The triangles to trace, in local coordinates (recentred, scaled to about one).
+///
+/// Triangles are ordered by facet and facets in depth-first order of the hierarchy, so that a
+/// hierarchy node is one interval of facet ids.
+#[derive(Clone, Debug, Default)]
+pub struct TraceMesh {
+    /// Vertex positions.
+    pub positions: Vec<Vec3>,
+    /// Indices into `positions`; facet by facet.
+    pub triangles: Vec<[u32; 3]>,
+    /// First triangle of each facet, with the total number at the end: `facets + 1` entries.
+    pub first_triangle: Vec<u32>,
+    /// Facet of each triangle.
+    pub facet_of_triangle: Vec<u32>,
+}
+
+/// The open segment between two points, usually one on each of two facets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Segment {
+    /// Receiver end, local coordinates.
+    pub from: Vec3,
+    /// Source end.
+    pub to: Vec3,
+    /// Facets the end points lie on: never a blocker. [`NO_FACET`] when unused.
+    pub skip: [u32; 2],
+}
+
+/// Facet ids `start..end`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Interval {
+    /// First id.
+    pub start: u32,
+    /// One past the last.
+    pub end: u32,
+}
+
+/// Which facets may block.
+#[derive(Clone, Copy, Debug)]
+pub enum Candidates<'a> {
+    /// Every facet of the scene.
+    All,
+    /// Sorted, disjoint intervals of facet ids.
+    Only(&'a [Interval]),
+}
+
+impl Candidates<'_> {
+    /// Whether `facet` may block.
+    #[inline]
+    pub fn contains(&self, facet: u32) -> bool {
+        match self {
+            Candidates::All => true,
+            Candidates::Only(list) => {
+                let after = list.partition_point(|interval| interval.start <= facet);
+                after > 0 && facet < list[after - 1].end
+            }
+        }
+    }
+}
+
+/// What the candidate filter saw during one or more calls.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FilterAudit {
+    /// Hits offered to the filter.
+    pub calls: u64,
+    /// Hits it rejected (skipped facets and non-candidates).
+    pub rejects: u64,
+    /// Hits on facets that are neither skipped nor candidates.
+    pub outsiders: u64,
+    /// One of those facets, for the caller to check; meaningless when `outsiders` is 0.
+    pub outsider: u32,
+}
+
+/// A ray without end, local coordinates; `direction` need not have unit length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Where it starts.
+    pub origin: Vec3,
+    /// Where it goes.
+    pub direction: Vec3,
+}
+
+/// The first thing a ray meets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Facet id.
+    pub facet: u32,
+    /// Triangle id in [`TraceMesh::triangles`].
+    pub triangle: u32,
+    /// Distance in units of the ray's direction, > 0.
+    pub t: f32,
+}
+
+/// Answers ray queries on one [`TraceMesh`]. Implementations are deterministic and thread-safe.
+pub trait Tracer: Send + Sync {
+    /// `"embree"`, `"fallback"` or `"brute"`.
+    fn name(&self) -> &'static str;
+
+    /// For each of up to [`PACKET`] segments, a facet that blocks it or [`NO_FACET`].
+    ///
+    /// `blockers` has the length of `segments`. Which of several blockers is named is up to the
+    /// tracer. The audit is added to, never reset.
+    ///
+    /// # Panics
+    /// In debug builds, when there are more than [`PACKET`] segments or the lengths differ.
+    fn blockers(
+        &self,
+        segments: &[Segment],
+        candidates: Candidates<'_>,
+        blockers: &mut [u32],
+        audit: &mut FilterAudit,
+    );
+
+    /// For each of up to [`PACKET`] rays its first hit.
+    ///
+    /// # Panics
+    /// In debug builds, when there are more than [`PACKET`] rays or the lengths differ.
+    fn first_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]);
+}

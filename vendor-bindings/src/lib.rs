@@ -1,0 +1,1 @@
+//! Raw Embree 4.4 declarations.
