@@ -1,1 +1,16 @@
-//! TBD
+//! Geometry that knows nothing of light: boxes, planes, convex polygons, clipping, sample sequences
+//! and spherical harmonics. Proofs are computed in double precision.
+
+mod bounds;
+mod clip;
+mod plane;
+mod polygon;
+mod sequence;
+mod spherical;
+
+pub use bounds::Aabb;
+pub use clip::Clip;
+pub use plane::Plane;
+pub use polygon::{MAX_VERTICES, Polygon};
+pub use sequence::{PairSequence, hash_pair};
+pub use spherical::CosineLobes;

@@ -1,0 +1,225 @@
+//! Small convex planar polygons, stored in place: facets, elements, and what is left of them after
+//! clipping.
+
+use super::{Aabb, Plane};
+use glam::DVec3;
+
+/// Most vertices of a facet.
+pub const MAX_VERTICES: usize = 8;
+
+/// A convex planar polygon with 3 to [`MAX_VERTICES`] vertices, counter-clockwise from its front.
+#[derive(Clone, Copy, Debug)]
+pub struct Polygon {
+    count: u8,
+    points: [DVec3; MAX_VERTICES],
+}
+
+impl Polygon {
+    /// The polygon with these vertices, which must be convex and planar.
+    ///
+    /// # Panics
+    /// With fewer than 3 or more than [`MAX_VERTICES`] vertices.
+    pub fn new(vertices: &[DVec3]) -> Polygon {
+        assert!((3..=MAX_VERTICES).contains(&vertices.len()), "a polygon of {} vertices", vertices.len());
+        let mut points = [DVec3::ZERO; MAX_VERTICES];
+        points[..vertices.len()].copy_from_slice(vertices);
+        Polygon { count: vertices.len() as u8, points }
+    }
+
+    /// The vertices in order.
+    #[inline]
+    pub fn vertices(&self) -> &[DVec3] {
+        &self.points[..self.count as usize]
+    }
+
+    /// The edges as pairs of end points, in order.
+    pub fn edges(&self) -> impl Iterator<Item = (DVec3, DVec3)> + '_ {
+        let v = self.vertices();
+        (0..v.len()).map(move |i| (v[i], v[(i + 1) % v.len()]))
+    }
+
+    /// Twice the area times the unit normal (Newell's formula).
+    pub fn area_vector(&self) -> DVec3 {
+        let v = self.vertices();
+        (1..v.len() - 1).map(|i| (v[i] - v[0]).cross(v[i + 1] - v[0])).sum()
+    }
+
+    /// Area.
+    pub fn area(&self) -> f64 {
+        self.area_vector().length() * 0.5
+    }
+
+    /// Mean of the vertices.
+    pub fn center(&self) -> DVec3 {
+        self.vertices().iter().sum::<DVec3>() / self.count as f64
+    }
+
+    /// Length of the longest edge or diagonal's upper bound: twice the largest distance of a vertex
+    /// from the center.
+    pub fn extent(&self) -> f64 {
+        let c = self.center();
+        2.0 * self.vertices().iter().map(|v| v.distance_squared(c)).fold(0.0, f64::max).sqrt()
+    }
+
+    /// Length of the longest edge.
+    pub fn longest_edge(&self) -> f64 {
+        self.edges().map(|(a, b)| a.distance_squared(b)).fold(0.0, f64::max).sqrt()
+    }
+
+    /// The same polygon seen from behind.
+    pub fn flipped(&self) -> Polygon {
+        let mut flipped = *self;
+        flipped.points[..self.count as usize].reverse();
+        flipped
+    }
+
+    /// Smallest box around it in single precision (rounded to nearest).
+    pub fn bounds(&self) -> Aabb {
+        Aabb::around(self.vertices().iter().map(|v| v.as_vec3()))
+    }
+
+    /// Two convex halves that cover the polygon: a triangle is cut from the middle of its longest
+    /// edge, a quadrilateral across its longer pair of opposite edges, anything larger along its
+    /// shortest balanced diagonal. Longest-edge bisection keeps the shapes of the pieces bounded.
+    pub fn bisect(&self) -> [Polygon; 2] {
+        let v = self.vertices();
+        let n = v.len();
+        match n {
+            3 => {
+                let i = (0..3)
+                    .max_by(|&i, &j| edge_length_squared(v, i).total_cmp(&edge_length_squared(v, j)))
+                    .unwrap_or(0);
+                let (a, b, c) = (v[i], v[(i + 1) % 3], v[(i + 2) % 3]);
+                let m = (a + b) * 0.5;
+                [Polygon::new(&[c, a, m]), Polygon::new(&[m, b, c])]
+            }
+            4 => {
+                let along = |i| edge_length_squared(v, i) + edge_length_squared(v, i + 2);
+                let i = if along(0) >= along(1) { 0 } else { 1 };
+                let (a, b, c, d) = (v[i], v[i + 1], v[i + 2], v[(i + 3) % 4]);
+                let (m, k) = ((a + b) * 0.5, (c + d) * 0.5);
+                [Polygon::new(&[a, m, k, d]), Polygon::new(&[m, b, c, k])]
+            }
+            _ => {
+                let half = n / 2;
+                let i = (0..n)
+                    .min_by(|&i, &j| {
+                        v[i].distance_squared(v[(i + half) % n])
+                            .total_cmp(&v[j].distance_squared(v[(j + half) % n]))
+                    })
+                    .unwrap_or(0);
+                let pick = |from: usize, count: usize| {
+                    let mut points = [DVec3::ZERO; MAX_VERTICES];
+                    for (k, p) in points.iter_mut().enumerate().take(count) {
+                        *p = v[(from + k) % n];
+                    }
+                    Polygon { count: count as u8, points }
+                };
+                [pick(i, half + 1), pick(i + half, n - half + 1)]
+            }
+        }
+    }
+
+    /// The point at `(u, v)` of the unit square, uniform over the area.
+    pub fn point_at(&self, u: f64, v: f64) -> DVec3 {
+        let p = self.vertices();
+        let mut rest = self.area();
+        let mut u = u;
+        let mut corner = 1;
+        while corner < p.len() - 2 {
+            let piece = (p[corner] - p[0]).cross(p[corner + 1] - p[0]).length() * 0.5;
+            let share = piece / rest.max(f64::MIN_POSITIVE);
+            if u < share {
+                u /= share;
+                break;
+            }
+            u = (u - share) / (1.0 - share).max(f64::MIN_POSITIVE);
+            rest -= piece;
+            corner += 1;
+        }
+        let r = u.clamp(0.0, 1.0).sqrt();
+        p[0] + (p[corner] - p[0]) * (r * (1.0 - v)) + (p[corner + 1] - p[0]) * (r * v)
+    }
+
+    /// The part in front of `plane` (closed), or `None` when nothing remains. A polygon that would
+    /// get more than [`MAX_VERTICES`] vertices keeps the ones it has room for, in order, which can
+    /// only happen when it starts with that many.
+    pub fn clipped(&self, plane: &Plane) -> Option<Polygon> {
+        let mut piece = super::Clip::new(self.vertices());
+        piece.keep_front(plane, 0.0);
+        let v = piece.vertices();
+        (v.len() >= 3).then(|| Polygon::new(&v[..v.len().min(MAX_VERTICES)]))
+    }
+
+    /// Distance of `point` from the polygon's plane and from its edges, whichever is larger: 0 inside,
+    /// positive outside. `normal` is the unit normal.
+    pub fn outside_distance(&self, point: DVec3, normal: DVec3) -> f64 {
+        let off_plane = (point - self.points[0]).dot(normal).abs();
+        self.edges()
+            .map(|(a, b)| {
+                let outward = (b - a).cross(normal).normalize_or_zero();
+                (point - a).dot(outward)
+            })
+            .fold(off_plane, f64::max)
+    }
+}
+
+fn edge_length_squared(v: &[DVec3], i: usize) -> f64 {
+    v[i].distance_squared(v[(i + 1) % v.len()])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square() -> Polygon {
+        Polygon::new(&[(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 0.0)))
+    }
+
+    #[test]
+    fn halves_cover_the_polygon() {
+        let octagon: Vec<DVec3> = (0..8)
+            .map(|i| (i as f64 * std::f64::consts::TAU / 8.0).sin_cos())
+            .map(|(s, c)| DVec3::new(c, s, 0.0))
+            .collect();
+        for polygon in
+            [square(), Polygon::new(&octagon), Polygon::new(&octagon[..5]), Polygon::new(&octagon[..3])]
+        {
+            let mut pieces = vec![polygon];
+            for _ in 0..6 {
+                pieces = pieces.iter().flat_map(|p| p.bisect()).collect();
+                let area: f64 = pieces.iter().map(Polygon::area).sum();
+                assert!((area - polygon.area()).abs() < 1e-12);
+                assert!(pieces.iter().all(|p| p.area_vector().z > 0.0), "a piece is turned over");
+            }
+        }
+    }
+
+    #[test]
+    fn points_are_uniform() {
+        let pentagon = Polygon::new(
+            &[(0.0, 0.0), (3.0, 0.0), (4.0, 1.0), (2.0, 3.0), (0.0, 2.0)].map(|(x, y)| DVec3::new(x, y, 1.0)),
+        );
+        let left = pentagon.clipped(&Plane::through(DVec3::new(1.5, 0.0, 0.0), -DVec3::X)).map(|p| p.area());
+        let n = 200;
+        let mut inside = 0;
+        for i in 0..n {
+            for j in 0..n {
+                let p = pentagon.point_at((i as f64 + 0.5) / n as f64, (j as f64 + 0.5) / n as f64);
+                assert!(pentagon.outside_distance(p, DVec3::Z) < 1e-9);
+                inside += usize::from(p.x < 1.5);
+            }
+        }
+        let share = inside as f64 / (n * n) as f64;
+        assert!((share - left.unwrap_or(0.0) / pentagon.area()).abs() < 5e-3, "share {share}");
+    }
+
+    #[test]
+    fn clipping_away_everything_leaves_none() {
+        assert!(square().clipped(&Plane::through(DVec3::new(3.0, 0.0, 0.0), DVec3::X)).is_none());
+        assert!(
+            (square().clipped(&Plane::through(DVec3::X, DVec3::X)).map_or(0.0, |p| p.area()) - 1.0).abs()
+                < 1e-12
+        );
+    }
+}
