@@ -1,1 +1,186 @@
-//! TBD
+//! The hierarchy of bounding boxes (HBB): coplanar triangles are merged into convex facets, facets
+//! are gathered into clusters, and both are numbered in depth-first order, so that **every node is
+//! one interval of facet ids**. Below the facets hang the trees of elements. [GH96]
+
+mod elements;
+mod facets;
+mod frame;
+mod mesh;
+mod tree;
+
+pub use elements::{ElementTree, Side};
+pub use facets::Facet;
+pub use frame::Frame;
+pub use mesh::{Interval, TraceMesh};
+pub use tree::{Node, NodeKind};
+
+use crate::math::{Aabb, Polygon};
+use crate::scene::{Material, Scene};
+use glam::Vec3;
+
+/// Distances below this are rounding, in local coordinates (the scene spans about −1 to 1).
+pub const TOLERANCE: f64 = 2e-6;
+
+/// The scene as the solver sees it: local coordinates, facets in depth-first order, the tree above.
+#[derive(Debug)]
+pub struct Hierarchy {
+    /// From scene units to local coordinates and back.
+    pub frame: Frame,
+    /// Triangles by facet.
+    pub mesh: TraceMesh,
+    /// Facets in depth-first order.
+    pub facets: Vec<Facet>,
+    /// Corners of all facets, indices into `mesh.positions`.
+    corners: Vec<u32>,
+    /// Nodes in depth-first order; the root is node 0.
+    pub nodes: Vec<Node>,
+    /// Materials of the scene.
+    pub materials: Vec<Material>,
+    /// Whether surfaces reflect on their front side only.
+    pub one_sided: bool,
+    /// First node of each facet's leaf.
+    leaf_of_facet: Vec<u32>,
+}
+
+impl Hierarchy {
+    /// Merges, sorts and numbers the triangles of a scene.
+    ///
+    /// With `one_sided`, backs neither reflect nor receive light; they still block it.
+    pub fn build(scene: &Scene, one_sided: bool) -> Hierarchy {
+        let frame = Frame::around(&scene.positions);
+        let positions: Vec<Vec3> = scene.positions.iter().map(|&p| frame.local_from_scene(p)).collect();
+        let merged = facets::merge(&positions, &scene.triangles);
+        let boxes: Vec<Aabb> = merged
+            .iter()
+            .map(|facet| {
+                Aabb::around(
+                    facet
+                        .triangles
+                        .iter()
+                        .flat_map(|&t| scene.triangles[t as usize].vertices)
+                        .map(|v| positions[v as usize]),
+                )
+            })
+            .collect();
+        let (nodes, order) = tree::build(&boxes);
+
+        let mut mesh = TraceMesh { positions, first_triangle: vec![0], ..TraceMesh::default() };
+        let mut sorted = Vec::with_capacity(merged.len());
+        let mut corners = Vec::new();
+        for (id, &old) in order.iter().enumerate() {
+            let facet = &merged[old as usize];
+            for &t in &facet.triangles {
+                mesh.triangles.push(scene.triangles[t as usize].vertices);
+                mesh.facet_of_triangle.push(id as u32);
+            }
+            mesh.first_triangle.push(mesh.triangles.len() as u32);
+            sorted.push(Facet::new(facet, corners.len() as u32, &mesh.positions));
+            corners.extend_from_slice(&facet.corners);
+        }
+        let mut leaf_of_facet = vec![0; sorted.len()];
+        for (index, node) in nodes.iter().enumerate() {
+            if node.is_leaf() {
+                leaf_of_facet[node.first as usize] = index as u32;
+            }
+        }
+        let mut hierarchy = Hierarchy {
+            frame,
+            mesh,
+            facets: sorted,
+            corners,
+            nodes,
+            materials: scene.materials.clone(),
+            one_sided,
+            leaf_of_facet,
+        };
+        hierarchy.measure_nodes();
+        hierarchy
+    }
+
+    /// The polygon of a facet, counter-clockwise from its front.
+    pub fn polygon(&self, facet: u32) -> Polygon {
+        let f = &self.facets[facet as usize];
+        let mut points = [glam::DVec3::ZERO; crate::math::MAX_VERTICES];
+        let corners = &self.corners[f.first_corner as usize..(f.first_corner + f.corner_count) as usize];
+        for (point, &c) in points.iter_mut().zip(corners) {
+            *point = self.mesh.positions[c as usize].as_dvec3();
+        }
+        Polygon::new(&points[..corners.len()])
+    }
+
+    /// Material of a facet.
+    pub fn material(&self, facet: u32) -> &Material {
+        &self.materials[self.facets[facet as usize].material as usize]
+    }
+
+    /// The leaf that holds a facet.
+    pub fn leaf(&self, facet: u32) -> u32 {
+        self.leaf_of_facet[facet as usize]
+    }
+
+    /// How many sides of each facet take part in the exchange of light: 1 or 2.
+    pub fn sides(&self) -> u32 {
+        if self.one_sided { 1 } else { 2 }
+    }
+
+    /// Number of inner nodes.
+    pub fn cluster_count(&self) -> usize {
+        self.nodes.len() - self.facets.len()
+    }
+
+    /// Watts per unit of exitance and local area: square metres in one local unit of area.
+    pub fn square_meters_per_unit(&self, meters_per_unit: f64) -> f64 {
+        (self.frame.scene_units_per_local() * meters_per_unit).powi(2)
+    }
+
+    /// Fills in area and centre of every node, from the leaves up.
+    fn measure_nodes(&mut self) {
+        for index in (0..self.nodes.len()).rev() {
+            let node = self.nodes[index];
+            let (area, moment) = if node.is_leaf() {
+                let polygon = self.polygon(node.first);
+                let area = polygon.area();
+                (area, polygon.center() * area)
+            } else {
+                let [a, b] = self.nodes[index].children(index as u32).map(|c| &self.nodes[c as usize]);
+                let (area_a, area_b) = (a.area as f64, b.area as f64);
+                (area_a + area_b, a.center.as_dvec3() * area_a + b.center.as_dvec3() * area_b)
+            };
+            let node = &mut self.nodes[index];
+            node.area = area as f32;
+            node.center = if area > 0.0 { (moment / area).as_vec3() } else { node.bounds.center().as_vec3() };
+        }
+    }
+
+    /// Checks the invariants of the tree; for tests and debug builds.
+    ///
+    /// # Errors
+    /// Says which node breaks which rule.
+    pub fn validate(&self) -> Result<(), String> {
+        let mut seen = 0;
+        for (index, node) in self.nodes.iter().enumerate() {
+            if node.is_leaf() {
+                if node.first != seen {
+                    return Err(format!("leaf {index} holds facet {} instead of {seen}", node.first));
+                }
+                seen += 1;
+                let polygon = self.polygon(node.first);
+                if polygon.vertices().iter().any(|&v| !node.bounds.contains(v, 0.0)) {
+                    return Err(format!("facet {} leaves its box", node.first));
+                }
+            } else {
+                let [a, b] = node.children(index as u32).map(|c| &self.nodes[c as usize]);
+                if a.first != node.first || a.end != b.first || b.end != node.end {
+                    return Err(format!("node {index} is not the interval of its children"));
+                }
+                if a.bounds.union(b.bounds) != node.bounds {
+                    return Err(format!("node {index} does not bound its children"));
+                }
+            }
+        }
+        if seen as usize != self.facets.len() {
+            return Err(format!("{seen} leaves for {} facets", self.facets.len()));
+        }
+        Ok(())
+    }
+}

@@ -1,1 +1,10 @@
-//! TBD
+//! Shafts: convex regions that hold every segment between two nodes. What lies outside cannot block;
+//! when nothing is left inside, the nodes see each other fully, and that is proved. [HW91]
+
+mod blocker;
+mod build;
+mod cull;
+
+pub use blocker::blocks_all;
+pub use build::{End, Shaft};
+pub use cull::{Culled, Placement, intervals_of};

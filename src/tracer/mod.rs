@@ -7,6 +7,7 @@
 //! **Candidate rule**: a hit on a facet outside the candidates does not count; it is reported to the
 //! audit.
 
+pub use crate::hierarchy::{Interval, TraceMesh};
 use glam::Vec3;
 
 /// No facet: the segment is clear, or the slot of `skip` is not used.
@@ -18,22 +19,6 @@ pub const ENDPOINT_EPSILON: f32 = 1e-4;
 /// Most segments in one call of [`Tracer::blockers`].
 pub const PACKET: usize = 16;
 
-/// The triangles to trace, in local coordinates (recentred, scaled to about one).
-///
-/// Triangles are ordered by facet and facets in depth-first order of the hierarchy, so that a
-/// hierarchy node is one interval of facet ids.
-#[derive(Clone, Debug, Default)]
-pub struct TraceMesh {
-    /// Vertex positions.
-    pub positions: Vec<Vec3>,
-    /// Indices into `positions`; facet by facet.
-    pub triangles: Vec<[u32; 3]>,
-    /// First triangle of each facet, with the total number at the end: `facets + 1` entries.
-    pub first_triangle: Vec<u32>,
-    /// Facet of each triangle.
-    pub facet_of_triangle: Vec<u32>,
-}
-
 /// The open segment between two points, usually one on each of two facets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment {
@@ -43,15 +28,6 @@ pub struct Segment {
     pub to: Vec3,
     /// Facets the end points lie on: never a blocker. [`NO_FACET`] when unused.
     pub skip: [u32; 2],
-}
-
-/// Facet ids `start..end`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Interval {
-    /// First id.
-    pub start: u32,
-    /// One past the last.
-    pub end: u32,
 }
 
 /// Which facets may block.

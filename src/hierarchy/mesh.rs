@@ -1,0 +1,28 @@
+//! The triangles as tracers see them, and the intervals that name parts of them.
+
+use glam::Vec3;
+
+/// The triangles to trace, in local coordinates (recentred, scaled to about one).
+///
+/// Triangles are ordered by facet and facets in depth-first order of the hierarchy, so that a
+/// hierarchy node is one interval of facet ids.
+#[derive(Clone, Debug, Default)]
+pub struct TraceMesh {
+    /// Vertex positions.
+    pub positions: Vec<Vec3>,
+    /// Indices into `positions`; facet by facet.
+    pub triangles: Vec<[u32; 3]>,
+    /// First triangle of each facet, with the total number at the end: `facets + 1` entries.
+    pub first_triangle: Vec<u32>,
+    /// Facet of each triangle.
+    pub facet_of_triangle: Vec<u32>,
+}
+
+/// Facet ids `start..end`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Interval {
+    /// First id.
+    pub start: u32,
+    /// One past the last.
+    pub end: u32,
+}
