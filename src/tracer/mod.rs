@@ -7,6 +7,13 @@
 //! **Candidate rule**: a hit on a facet outside the candidates does not count; it is reported to the
 //! audit.
 
+mod brute;
+mod fallback;
+mod triangle;
+
+pub use brute::BruteTracer;
+pub use fallback::FallbackTracer;
+
 pub use crate::hierarchy::{Interval, TraceMesh};
 use glam::Vec3;
 
@@ -64,6 +71,25 @@ pub struct FilterAudit {
     pub outsiders: u64,
     /// One of those facets, for the caller to check; meaningless when `outsiders` is 0.
     pub outsider: u32,
+}
+
+impl FilterAudit {
+    /// The rule of the candidate filter for one hit, counted.
+    #[inline]
+    pub fn accepts(&mut self, facet: u32, skip: [u32; 2], candidates: &Candidates<'_>) -> bool {
+        self.calls += 1;
+        if facet == skip[0] || facet == skip[1] {
+            self.rejects += 1;
+            return false;
+        }
+        if !candidates.contains(facet) {
+            self.rejects += 1;
+            self.outsiders += 1;
+            self.outsider = facet;
+            return false;
+        }
+        true
+    }
 }
 
 /// A ray without end, local coordinates; `direction` need not have unit length.

@@ -1,0 +1,55 @@
+//! What visibility tests did; kept per worker and added up.
+
+use std::ops::AddAssign;
+
+/// Work done by visibility tests. All sums, so that the order of adding does not matter.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct VisibilityCounters {
+    /// Pairs tested (not inherited).
+    pub pairs_tested: u64,
+    /// Shafts built.
+    pub shafts_built: u64,
+    /// Hierarchy nodes tested against shafts.
+    pub nodes_tested: u64,
+    /// Shafts found empty.
+    pub empty_shafts: u64,
+    /// Pairs proved blocked by one facet.
+    pub single_blockers: u64,
+    /// Rays cast.
+    pub rays_cast: u64,
+    /// Rays not cast because something else decided.
+    pub rays_avoided: u64,
+    /// Hits offered to the candidate filter.
+    pub filter_calls: u64,
+    /// Hits the filter rejected.
+    pub filter_rejects: u64,
+    /// Rejected hits on facets that only touch the border of the shaft.
+    pub border_hits: u64,
+    /// Rejected hits on facets that are inside the shaft and should have been candidates.
+    pub culling_anomalies: u64,
+    /// Shafts that were not empty.
+    pub filled_shafts: u64,
+    /// Facets left in those.
+    pub candidates: u64,
+    /// Nanoseconds spent, summed over workers.
+    pub nanoseconds: u64,
+}
+
+impl AddAssign for VisibilityCounters {
+    fn add_assign(&mut self, o: VisibilityCounters) {
+        self.pairs_tested += o.pairs_tested;
+        self.shafts_built += o.shafts_built;
+        self.nodes_tested += o.nodes_tested;
+        self.empty_shafts += o.empty_shafts;
+        self.single_blockers += o.single_blockers;
+        self.rays_cast += o.rays_cast;
+        self.rays_avoided += o.rays_avoided;
+        self.filter_calls += o.filter_calls;
+        self.filter_rejects += o.filter_rejects;
+        self.border_hits += o.border_hits;
+        self.culling_anomalies += o.culling_anomalies;
+        self.filled_shafts += o.filled_shafts;
+        self.candidates += o.candidates;
+        self.nanoseconds += o.nanoseconds;
+    }
+}

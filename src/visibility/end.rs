@@ -1,0 +1,74 @@
+//! The two nodes of a pair, as visibility sees them.
+
+use crate::hierarchy::{Hierarchy, NodeKind};
+use crate::math::{Plane, Polygon};
+use crate::shaft::End;
+use glam::DVec3;
+
+/// A node of a pair.
+#[derive(Clone, Copy, Debug)]
+pub enum NodeEnd<'a> {
+    /// An element: a piece of one side of a facet.
+    Element {
+        /// Its outline, counter-clockwise from the side that exchanges light.
+        polygon: &'a Polygon,
+        /// Its plane; the front exchanges light.
+        plane: Plane,
+        /// The facet it lies on.
+        facet: u32,
+    },
+    /// A cluster, by node id.
+    Cluster(u32),
+}
+
+impl NodeEnd<'_> {
+    /// The end of a shaft.
+    pub fn shaft_end(&self, hierarchy: &Hierarchy) -> End<'_> {
+        match self {
+            NodeEnd::Element { polygon, plane, .. } => End::Polygon(polygon, *plane),
+            NodeEnd::Cluster(node) => End::Box(hierarchy.nodes[*node as usize].bounds),
+        }
+    }
+
+    /// The surface point at `(u, v)` of the unit square, uniform over the area, and its facet.
+    pub fn surface_point(&self, hierarchy: &Hierarchy, u: f64, v: f64) -> (DVec3, u32) {
+        match self {
+            NodeEnd::Element { polygon, facet, .. } => (polygon.point_at(u, v), *facet),
+            NodeEnd::Cluster(node) => {
+                let (facet, u) = facet_at(hierarchy, *node, u);
+                (hierarchy.polygon(facet).point_at(u, v), facet)
+            }
+        }
+    }
+
+    /// Whether light can pass between `point` of this node (on `facet`) and `other`.
+    pub fn faces(&self, hierarchy: &Hierarchy, facet: u32, other: DVec3) -> bool {
+        match self {
+            NodeEnd::Element { plane, .. } => plane.distance(other) > 0.0,
+            NodeEnd::Cluster(_) => {
+                !hierarchy.one_sided || hierarchy.facets[facet as usize].plane.distance(other) > 0.0
+            }
+        }
+    }
+}
+
+/// The facet below `node` at fraction `u` of its area, and what is left of `u`.
+fn facet_at(hierarchy: &Hierarchy, node: u32, mut u: f64) -> (u32, f64) {
+    let mut index = node;
+    loop {
+        match hierarchy.nodes[index as usize].kind(index) {
+            NodeKind::Leaf(facet) => return (facet, u.clamp(0.0, 1.0)),
+            NodeKind::Cluster([first, second]) => {
+                let [a, b] = [first, second].map(|c| hierarchy.nodes[c as usize].area as f64);
+                let share = if a + b > 0.0 { a / (a + b) } else { 0.5 };
+                if u < share {
+                    u /= share;
+                    index = first;
+                } else {
+                    u = (u - share) / (1.0 - share).max(f64::MIN_POSITIVE);
+                    index = second;
+                }
+            }
+        }
+    }
+}

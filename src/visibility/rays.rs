@@ -1,0 +1,133 @@
+//! Casting the rays of a pair in packets.
+
+use super::test::Worker;
+use super::{NodeEnd, Tester};
+use crate::math::PairSequence;
+use crate::shaft::Shaft;
+use crate::tracer::{Candidates, FilterAudit, NO_FACET, PACKET, Segment};
+
+/// Most different blockers remembered of one pair.
+const REMEMBERED: usize = 4;
+
+/// What the rays of one pair met.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct RayCount {
+    pub(super) clear: u32,
+    pub(super) blocked: u32,
+    blockers: [u32; REMEMBERED],
+    blocker_count: usize,
+}
+
+impl RayCount {
+    pub(super) fn cast(&self) -> u32 {
+        self.clear + self.blocked
+    }
+
+    pub(super) fn is_mixed(&self) -> bool {
+        self.clear > 0 && self.blocked > 0
+    }
+
+    /// Share of clear rays; 1 when none could be cast.
+    pub(super) fn fraction(&self) -> f32 {
+        if self.cast() == 0 { 1.0 } else { self.clear as f32 / self.cast() as f32 }
+    }
+
+    /// Some of the facets that were hit.
+    pub(super) fn blockers(&self) -> &[u32] {
+        &self.blockers[..self.blocker_count]
+    }
+
+    fn add(&mut self, blocker: u32) {
+        if blocker == NO_FACET {
+            self.clear += 1;
+            return;
+        }
+        self.blocked += 1;
+        if self.blocker_count < REMEMBERED && !self.blockers().contains(&blocker) {
+            self.blockers[self.blocker_count] = blocker;
+            self.blocker_count += 1;
+        }
+    }
+}
+
+impl Tester<'_> {
+    /// Casts up to `count` rays between points of both nodes that face each other; with
+    /// `until_mixed`, stops after the packet in which two rays disagreed (paper §2.4).
+    ///
+    /// `shaft`, when at hand, is asked about rejected hits; otherwise one is built for that.
+    #[allow(clippy::too_many_arguments)]
+    pub(super) fn cast(
+        &self,
+        worker: &mut Worker,
+        receiver: &NodeEnd<'_>,
+        source: &NodeEnd<'_>,
+        sequence: &PairSequence,
+        count: u32,
+        until_mixed: bool,
+        candidates: Candidates<'_>,
+        shaft: Option<&Shaft>,
+    ) -> RayCount {
+        let mut met = RayCount::default();
+        let mut audit = FilterAudit::default();
+        let mut segments =
+            [Segment { from: glam::Vec3::ZERO, to: glam::Vec3::ZERO, skip: [NO_FACET; 2] }; PACKET];
+        let mut blockers = [NO_FACET; PACKET];
+        // Points that face away are passed over; twice the rays are tried at most.
+        let mut tried = 0;
+        while met.cast() < count && tried < 2 * count {
+            let wanted = (count - met.cast()).min(PACKET as u32) as usize;
+            let mut ready = 0;
+            while ready < wanted && tried < 2 * count {
+                let [a, b, c, d] = sequence.point(tried);
+                tried += 1;
+                let (from, from_facet) = receiver.surface_point(self.hierarchy, a, b);
+                let (to, to_facet) = source.surface_point(self.hierarchy, c, d);
+                if from_facet == to_facet
+                    || !receiver.faces(self.hierarchy, from_facet, to)
+                    || !source.faces(self.hierarchy, to_facet, from)
+                {
+                    continue;
+                }
+                segments[ready] =
+                    Segment { from: from.as_vec3(), to: to.as_vec3(), skip: [from_facet, to_facet] };
+                ready += 1;
+            }
+            if ready == 0 {
+                break;
+            }
+            self.tracer_for_rays().blockers(
+                &segments[..ready],
+                candidates,
+                &mut blockers[..ready],
+                &mut audit,
+            );
+            blockers[..ready].iter().for_each(|&b| met.add(b));
+            if until_mixed && met.is_mixed() {
+                break;
+            }
+        }
+        let counters = &mut worker.counters;
+        counters.rays_cast += met.cast() as u64;
+        counters.filter_calls += audit.calls;
+        counters.filter_rejects += audit.rejects;
+        if audit.outsiders > 0 {
+            let built;
+            let shaft = match shaft {
+                Some(shaft) => shaft,
+                None => {
+                    built =
+                        Shaft::between(receiver.shaft_end(self.hierarchy), source.shaft_end(self.hierarchy));
+                    &built
+                }
+            };
+            // Tolerance was spent once by the cull and once by rounding the ray.
+            let margin = 2.0 * crate::hierarchy::TOLERANCE;
+            if shaft.holds_part_of(self.hierarchy, audit.outsider, margin) {
+                counters.culling_anomalies += audit.outsiders;
+            } else {
+                counters.border_hits += audit.outsiders;
+            }
+        }
+        met
+    }
+}

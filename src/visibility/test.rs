@@ -1,0 +1,322 @@
+//! The complete test of a pair.
+
+use super::rays::RayCount;
+use super::{NodeEnd, Strategy, VisibilityCounters, VisibilityOptions};
+use crate::hierarchy::{Hierarchy, Interval};
+use crate::math::PairSequence;
+use crate::shaft::{Shaft, blocks_all, intervals_of};
+use crate::tracer::{BruteTracer, Candidates, NO_FACET, Tracer};
+use std::time::Instant;
+
+/// Most rays that classify a pair which is going to be subdivided anyway.
+const CLASSIFYING_RAYS: u32 = 16;
+
+/// Node tests `adaptive` may spend on one shaft.
+const ADAPTIVE_ALLOWANCE: u64 = 512;
+
+/// Whether light passes between two nodes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Class {
+    /// Nothing in between.
+    Visible,
+    /// Nothing gets through.
+    Invisible,
+    /// Something gets through.
+    Partial,
+}
+
+/// The answer for one pair.
+#[derive(Clone, Copy, Debug)]
+pub struct Verdict {
+    /// The class.
+    pub class: Class,
+    /// Proved, not sampled.
+    pub certified: bool,
+    /// Descendants have the same class and need no test.
+    pub inheritable: bool,
+    /// Share of clear rays; 1 or 0 when proved.
+    pub fraction: f32,
+    /// A facet that blocked, to be tried first by the children.
+    pub blocker: u32,
+}
+
+/// Facets that may block, as hierarchy nodes and as the intervals a tracer's filter takes.
+#[derive(Clone, Debug, Default)]
+pub struct CandidateSet {
+    /// Ascending node ids.
+    pub nodes: Vec<u32>,
+    intervals: Vec<Interval>,
+}
+
+impl CandidateSet {
+    /// The whole scene.
+    pub fn root() -> CandidateSet {
+        CandidateSet { nodes: vec![0], intervals: Vec::new() }
+    }
+
+    /// For the tracer; the whole scene needs no list.
+    fn for_rays(&self) -> Candidates<'_> {
+        if self.nodes == [0] { Candidates::All } else { Candidates::Only(&self.intervals) }
+    }
+}
+
+/// What a pair takes over from its ancestors.
+#[derive(Clone, Copy, Debug)]
+pub struct Inheritance<'a> {
+    /// What is left in the ancestor's shaft.
+    pub candidates: &'a CandidateSet,
+    /// The facet that blocked the ancestor, or [`NO_FACET`].
+    pub blocker: u32,
+}
+
+/// Scratch memory and counters of one thread's current task.
+#[derive(Debug, Default)]
+pub struct Worker {
+    /// What the tests did.
+    pub counters: VisibilityCounters,
+    spare: Vec<CandidateSet>,
+}
+
+impl Worker {
+    /// Gives back a candidate set for reuse.
+    pub fn recycle(&mut self, set: CandidateSet) {
+        self.spare.push(set);
+    }
+
+    fn empty_set(&mut self) -> CandidateSet {
+        let mut set = self.spare.pop().unwrap_or_default();
+        set.nodes.clear();
+        set.intervals.clear();
+        set
+    }
+}
+
+/// Tests pairs of nodes of one hierarchy.
+pub struct Tester<'a> {
+    pub(super) hierarchy: &'a Hierarchy,
+    tracer: &'a dyn Tracer,
+    listed: Option<BruteTracer>,
+    options: VisibilityOptions,
+}
+
+impl<'a> Tester<'a> {
+    /// A tester that casts its rays with `tracer`; `all` walks the list of triangles instead.
+    pub fn new(hierarchy: &'a Hierarchy, tracer: &'a dyn Tracer, options: VisibilityOptions) -> Tester<'a> {
+        let listed = (options.strategy == Strategy::All).then(|| BruteTracer::new(&hierarchy.mesh));
+        Tester { hierarchy, tracer, listed, options }
+    }
+
+    /// How visibility is decided.
+    pub fn options(&self) -> &VisibilityOptions {
+        &self.options
+    }
+
+    pub(super) fn tracer_for_rays(&self) -> &dyn Tracer {
+        self.listed.as_ref().map_or(self.tracer, |listed| listed)
+    }
+
+    /// Classifies a pair.
+    ///
+    /// `seed` fixes the sample points. With `subdivided` the pair is about to be split, so its class
+    /// is wanted and its fraction is not. `importance` is the power of the link over the threshold of
+    /// refinement. The second result, when there is one, is the narrowed candidate set for the
+    /// children; recycle it when they are done.
+    pub fn classify(
+        &self,
+        worker: &mut Worker,
+        receiver: &NodeEnd<'_>,
+        source: &NodeEnd<'_>,
+        seed: u64,
+        inherited: Inheritance<'_>,
+        subdivided: bool,
+        importance: f64,
+    ) -> (Verdict, Option<CandidateSet>) {
+        let start = Instant::now();
+        let rays_before = worker.counters.rays_cast;
+        worker.counters.pairs_tested += 1;
+        let pair =
+            Pair { receiver, source, sequence: PairSequence::new(seed), inherited, subdivided, importance };
+        let (mut verdict, narrowed) = match self.options.strategy {
+            Strategy::All | Strategy::Root => (self.by_rays(worker, &pair, Candidates::All, None), None),
+            Strategy::Shaft => self.shaft_first(worker, &pair),
+            Strategy::Adaptive => self.rays_first(worker, &pair),
+            Strategy::Sampled => {
+                let met = self.cast_all(worker, &pair, Candidates::All, None);
+                (Verdict { inheritable: false, ..verdict_of(&met) }, None)
+            }
+        };
+        if self.options.certify {
+            verdict.inheritable = verdict.certified;
+        }
+        let cast = worker.counters.rays_cast - rays_before;
+        worker.counters.rays_avoided += (self.options.rays as u64).saturating_sub(cast);
+        worker.counters.nanoseconds += start.elapsed().as_nanos() as u64;
+        (verdict, narrowed)
+    }
+
+    /// The paper's order: shaft, cull, single blocker, rays over the candidates.
+    fn shaft_first(&self, worker: &mut Worker, pair: &Pair<'_>) -> (Verdict, Option<CandidateSet>) {
+        let (shaft, set) = self.cull(worker, pair, u64::MAX);
+        if set.nodes.is_empty() {
+            worker.recycle(set);
+            return (Verdict::proved(Class::Visible, NO_FACET), None);
+        }
+        let known = std::iter::once(pair.inherited.blocker).filter(|&b| b != NO_FACET);
+        let leaves = set.nodes.iter().map(|&n| &self.hierarchy.nodes[n as usize]).filter(|n| n.is_leaf());
+        if let Some(blocker) = self.single_blocker(worker, pair, known.chain(leaves.map(|n| n.first))) {
+            worker.recycle(set);
+            return (Verdict::proved(Class::Invisible, blocker), None);
+        }
+        (self.by_rays(worker, pair, set.for_rays(), Some(&shaft)), Some(set))
+    }
+
+    /// Rays first, proofs only where they will be inherited and matter.
+    fn rays_first(&self, worker: &mut Worker, pair: &Pair<'_>) -> (Verdict, Option<CandidateSet>) {
+        if pair.inherited.blocker != NO_FACET
+            && self.single_blocker(worker, pair, std::iter::once(pair.inherited.blocker)).is_some()
+        {
+            return (Verdict::proved(Class::Invisible, pair.inherited.blocker), None);
+        }
+        let candidates = pair.inherited.candidates.for_rays();
+        if !pair.subdivided {
+            return (verdict_of(&self.cast_all(worker, pair, candidates, None)), None);
+        }
+        let met = self.cast_classifying(worker, pair, candidates, None);
+        let mut verdict = verdict_of(&met);
+        // After n rays that agree, the expected share of the others is 1/(n + 2) [rule of succession].
+        verdict.inheritable &= pair.importance < (met.cast() + 2) as f64;
+        if verdict.inheritable || met.cast() == 0 {
+            verdict.inheritable &= met.cast() > 0;
+            return (verdict, None);
+        }
+        match verdict.class {
+            Class::Partial => (verdict, None),
+            Class::Invisible => match self.single_blocker(worker, pair, met.blockers().iter().copied()) {
+                Some(blocker) => (Verdict::proved(Class::Invisible, blocker), None),
+                None => (verdict, None),
+            },
+            Class::Visible => {
+                let (_, set) = self.cull(worker, pair, ADAPTIVE_ALLOWANCE);
+                if set.nodes.is_empty() {
+                    worker.recycle(set);
+                    return (Verdict::proved(Class::Visible, NO_FACET), None);
+                }
+                (verdict, Some(set))
+            }
+        }
+    }
+
+    fn by_rays(
+        &self,
+        worker: &mut Worker,
+        pair: &Pair<'_>,
+        candidates: Candidates<'_>,
+        shaft: Option<&Shaft>,
+    ) -> Verdict {
+        let met = if pair.subdivided {
+            self.cast_classifying(worker, pair, candidates, shaft)
+        } else {
+            self.cast_all(worker, pair, candidates, shaft)
+        };
+        Verdict { inheritable: met.cast() > 0 && !met.is_mixed(), ..verdict_of(&met) }
+    }
+
+    fn cast_classifying(
+        &self,
+        worker: &mut Worker,
+        pair: &Pair<'_>,
+        candidates: Candidates<'_>,
+        shaft: Option<&Shaft>,
+    ) -> RayCount {
+        let count = self.options.rays.min(CLASSIFYING_RAYS);
+        self.cast(worker, pair.receiver, pair.source, &pair.sequence, count, true, candidates, shaft)
+    }
+
+    fn cast_all(
+        &self,
+        worker: &mut Worker,
+        pair: &Pair<'_>,
+        candidates: Candidates<'_>,
+        shaft: Option<&Shaft>,
+    ) -> RayCount {
+        self.cast(
+            worker,
+            pair.receiver,
+            pair.source,
+            &pair.sequence,
+            self.options.rays,
+            false,
+            candidates,
+            shaft,
+        )
+    }
+
+    /// Builds the pair's shaft and narrows the inherited candidates.
+    fn cull(&self, worker: &mut Worker, pair: &Pair<'_>, allowance: u64) -> (Shaft, CandidateSet) {
+        let shaft =
+            Shaft::between(pair.receiver.shaft_end(self.hierarchy), pair.source.shaft_end(self.hierarchy));
+        let mut set = worker.empty_set();
+        let culled = shaft.cull(self.hierarchy, &pair.inherited.candidates.nodes, allowance, &mut set.nodes);
+        intervals_of(self.hierarchy, &set.nodes, &mut set.intervals);
+        let counters = &mut worker.counters;
+        counters.shafts_built += 1;
+        counters.nodes_tested += culled.nodes_tested;
+        if set.nodes.is_empty() {
+            counters.empty_shafts += 1;
+        } else {
+            counters.filled_shafts += 1;
+            counters.candidates += culled.facets;
+        }
+        (shaft, set)
+    }
+
+    /// The first of `facets` that alone blocks the pair.
+    fn single_blocker(
+        &self,
+        worker: &mut Worker,
+        pair: &Pair<'_>,
+        mut facets: impl Iterator<Item = u32>,
+    ) -> Option<u32> {
+        let (mut a, mut b) = ([glam::DVec3::ZERO; 8], [glam::DVec3::ZERO; 8]);
+        let a_count = pair.receiver.shaft_end(self.hierarchy).corners(&mut a);
+        let b_count = pair.source.shaft_end(self.hierarchy).corners(&mut b);
+        let blocker = facets.find(|&facet| {
+            let plane = &self.hierarchy.facets[facet as usize].plane;
+            blocks_all(&self.hierarchy.polygon(facet), plane, &a[..a_count], &b[..b_count])
+        })?;
+        worker.counters.single_blockers += 1;
+        Some(blocker)
+    }
+}
+
+/// One pair under test.
+struct Pair<'a> {
+    receiver: &'a NodeEnd<'a>,
+    source: &'a NodeEnd<'a>,
+    sequence: PairSequence,
+    inherited: Inheritance<'a>,
+    subdivided: bool,
+    importance: f64,
+}
+
+impl Verdict {
+    fn proved(class: Class, blocker: u32) -> Verdict {
+        let fraction = if class == Class::Visible { 1.0 } else { 0.0 };
+        Verdict { class, certified: true, inheritable: true, fraction, blocker }
+    }
+}
+
+fn verdict_of(met: &RayCount) -> Verdict {
+    let class = match (met.clear, met.blocked) {
+        (0, 1..) => Class::Invisible,
+        (_, 0) => Class::Visible,
+        _ => Class::Partial,
+    };
+    Verdict {
+        class,
+        certified: false,
+        inheritable: class != Class::Partial,
+        fraction: met.fraction(),
+        blocker: met.blockers().first().copied().filter(|_| class == Class::Invisible).unwrap_or(NO_FACET),
+    }
+}
