@@ -1,1 +1,19 @@
-//! TBD
+//! Light: elements, form factors, links, refinement, gathering, push-pull and the solution. [HSA91]
+//! [SAG94] [Sil95]
+//!
+//! Exitance `B` and irradiance `E` are in W/m², radiance in W/(m²·sr), colours linear RGB. Lengths are
+//! local (see [`crate::hierarchy::Frame`]); powers become watts when they leave this room.
+
+mod estimate;
+mod forest;
+mod form_factor;
+mod links;
+mod refine;
+mod solve;
+mod transport;
+
+pub use forest::{Forest, Piece};
+pub use form_factor::point_form_factor;
+pub use links::{Link, LinkClass, LinkSet};
+pub use refine::RefineCounters;
+pub use solve::{Energy, Solution, SolveOptions, solve};

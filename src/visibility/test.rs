@@ -34,6 +34,8 @@ pub struct Verdict {
     pub certified: bool,
     /// Descendants have the same class and need no test.
     pub inheritable: bool,
+    /// The rays agreed, but too much power rests on them: look closer.
+    pub doubtful: bool,
     /// Share of clear rays; 1 or 0 when proved.
     pub fraction: f32,
     /// A facet that blocked, to be tried first by the children.
@@ -183,19 +185,21 @@ impl<'a> Tester<'a> {
         }
         let met = self.cast_classifying(worker, pair, candidates, None);
         let mut verdict = verdict_of(&met);
+        if verdict.class == Class::Partial {
+            return (verdict, None);
+        }
         // After n rays that agree, the expected share of the others is 1/(n + 2) [rule of succession].
-        verdict.inheritable &= pair.importance < (met.cast() + 2) as f64;
-        if verdict.inheritable || met.cast() == 0 {
-            verdict.inheritable &= met.cast() > 0;
+        verdict.doubtful = met.cast() == 0 || pair.importance >= (met.cast() + 2) as f64;
+        verdict.inheritable = !verdict.doubtful;
+        if verdict.inheritable {
             return (verdict, None);
         }
         match verdict.class {
-            Class::Partial => (verdict, None),
             Class::Invisible => match self.single_blocker(worker, pair, met.blockers().iter().copied()) {
                 Some(blocker) => (Verdict::proved(Class::Invisible, blocker), None),
                 None => (verdict, None),
             },
-            Class::Visible => {
+            _ => {
                 let (_, set) = self.cull(worker, pair, ADAPTIVE_ALLOWANCE);
                 if set.nodes.is_empty() {
                     worker.recycle(set);
@@ -302,7 +306,7 @@ struct Pair<'a> {
 impl Verdict {
     fn proved(class: Class, blocker: u32) -> Verdict {
         let fraction = if class == Class::Visible { 1.0 } else { 0.0 };
-        Verdict { class, certified: true, inheritable: true, fraction, blocker }
+        Verdict { class, certified: true, inheritable: true, doubtful: false, fraction, blocker }
     }
 }
 
@@ -316,6 +320,7 @@ fn verdict_of(met: &RayCount) -> Verdict {
         class,
         certified: false,
         inheritable: class != Class::Partial,
+        doubtful: false,
         fraction: met.fraction(),
         blocker: met.blockers().first().copied().filter(|_| class == Class::Invisible).unwrap_or(NO_FACET),
     }

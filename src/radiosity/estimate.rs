@@ -1,0 +1,263 @@
+//! What a link between two nodes would carry and how wrong one number for it would be: the figures
+//! the refinement oracle decides by.
+
+use super::forest::{Forest, Piece};
+use super::form_factor::point_form_factor;
+use super::transport::Light;
+use crate::hierarchy::Hierarchy;
+use crate::visibility::NodeEnd;
+use glam::DVec3;
+use std::f64::consts::PI;
+
+/// Nodes further apart than this many times their extents are described by their centres.
+const FAR: f64 = 10.0;
+
+/// A node of a pair, with the light it sends.
+#[derive(Clone, Debug)]
+pub(super) enum Party<'a> {
+    Element {
+        piece: Piece<'a>,
+        area: f64,
+        /// Largest channel of its exitance; of the nearest solved ancestor when it is new.
+        exitance: f64,
+        /// How much that differs below.
+        variation: f64,
+    },
+    Cluster(u32),
+}
+
+impl<'a> Party<'a> {
+    pub(super) fn of_piece(piece: Piece<'a>, light: &Light) -> Party<'a> {
+        let id = piece.id() as usize;
+        let (exitance, variation) = (light.exitance[id].max_element() as f64, light.variation[id] as f64);
+        Party::Element { area: piece.polygon.area(), piece, exitance, variation }
+    }
+
+    /// The nodes it is split into: two halves, or what the cluster holds.
+    pub(super) fn parts(&self, hierarchy: &Hierarchy, forest: &'a Forest, light: &Light) -> Vec<Party<'a>> {
+        match self {
+            Party::Element { piece, exitance, .. } => piece
+                .halves(forest)
+                .map(|half| {
+                    if (half.id() as usize) < light.exitance.len() {
+                        Party::of_piece(half, light)
+                    } else {
+                        Party::Element { area: half.polygon.area(), piece: half, exitance: *exitance, variation: 0.0 }
+                    }
+                })
+                .into(),
+            Party::Cluster(node) => hierarchy.nodes[*node as usize]
+                .children(*node)
+                .into_iter()
+                .flat_map(|child| Party::of_node(child, hierarchy, forest, light))
+                .collect(),
+        }
+    }
+
+    /// A cluster, or both sides of a leaf's facet.
+    pub(super) fn of_node(node: u32, hierarchy: &Hierarchy, forest: &'a Forest, light: &Light) -> Vec<Party<'a>> {
+        let n = &hierarchy.nodes[node as usize];
+        if !n.is_leaf() {
+            return vec![Party::Cluster(node)];
+        }
+        let sides = forest.sides_of(n.first);
+        sides.map(|side| Party::of_piece(forest.root(hierarchy, side), light)).collect()
+    }
+
+    pub(super) fn end(&self) -> NodeEnd<'_> {
+        match self {
+            Party::Element { piece, .. } => {
+                NodeEnd::Element { polygon: &piece.polygon, plane: piece.plane, facet: piece.side.facet }
+            }
+            Party::Cluster(node) => NodeEnd::Cluster(*node),
+        }
+    }
+
+    /// Node id as links store it.
+    pub(super) fn id(&self, hierarchy: &Hierarchy) -> u32 {
+        match self {
+            Party::Element { piece, .. } => hierarchy.nodes.len() as u32 + piece.id(),
+            Party::Cluster(node) => *node,
+        }
+    }
+
+    /// A name that does not depend on who made the element first.
+    pub(super) fn key(&self) -> u64 {
+        match self {
+            Party::Element { piece, .. } => piece.key,
+            Party::Cluster(node) => *node as u64,
+        }
+    }
+
+    fn center(&self, hierarchy: &Hierarchy) -> DVec3 {
+        match self {
+            Party::Element { piece, .. } => piece.polygon.center(),
+            Party::Cluster(node) => hierarchy.nodes[*node as usize].center.as_dvec3(),
+        }
+    }
+
+    /// Radius of a sphere around it.
+    pub(super) fn radius(&self, hierarchy: &Hierarchy) -> f64 {
+        match self {
+            Party::Element { piece, .. } => piece.polygon.extent() * 0.5,
+            Party::Cluster(node) => hierarchy.nodes[*node as usize].bounds.radius(),
+        }
+    }
+
+    fn area(&self, hierarchy: &Hierarchy) -> f64 {
+        match self {
+            Party::Element { area, .. } => *area,
+            Party::Cluster(node) => hierarchy.nodes[*node as usize].area as f64,
+        }
+    }
+
+    /// Power it sends at most, and its largest exitance.
+    fn output(&self, light: &Light) -> (f64, f64) {
+        match self {
+            Party::Element { area, exitance, variation, .. } => (area * exitance, exitance + variation),
+            Party::Cluster(node) => (light.power[*node as usize] as f64, light.peak[*node as usize] as f64),
+        }
+    }
+
+    /// Whether any of it lies in front of an element's plane.
+    fn reaches_in_front_of(&self, hierarchy: &Hierarchy, other: &Party<'_>) -> bool {
+        let Party::Element { piece, .. } = other else { return true };
+        match self {
+            Party::Element { piece: own, .. } => own
+                .polygon
+                .vertices()
+                .iter()
+                .any(|&v| piece.plane.distance(v) > crate::hierarchy::TOLERANCE),
+            Party::Cluster(node) => {
+                piece.plane.distance_range(&hierarchy.nodes[*node as usize].bounds).1 > crate::hierarchy::TOLERANCE
+            }
+        }
+    }
+}
+
+/// Figures of one link.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Estimate {
+    /// See [`super::Link::factor`].
+    pub(super) factor: f64,
+    /// See [`super::Link::spread`].
+    pub(super) spread: f64,
+    /// Unoccluded power it carries, largest channel, local areas.
+    pub(super) power: f64,
+    /// Irradiance it brings.
+    pub(super) irradiance: f64,
+    /// Power that may go wrong because the kernel differs over the receiver (or over a cluster).
+    pub(super) kernel_error: f64,
+    /// Power that may go wrong because the source is not uniform.
+    pub(super) source_error: f64,
+}
+
+/// Figures of the link from `source` to `receiver`; `None` when they face away from each other.
+pub(super) fn estimate(
+    receiver: &Party<'_>,
+    source: &Party<'_>,
+    hierarchy: &Hierarchy,
+    light: &Light,
+) -> Option<Estimate> {
+    if !receiver.reaches_in_front_of(hierarchy, source) || !source.reaches_in_front_of(hierarchy, receiver) {
+        return None;
+    }
+    if let (Party::Element { piece: r, area, .. }, Party::Element { piece: s, exitance, variation, .. }) =
+        (receiver, source)
+    {
+        let (factor, spread) = element_factor(r, s)?;
+        return Some(Estimate {
+            factor,
+            spread,
+            power: factor * exitance * area,
+            irradiance: factor * exitance,
+            kernel_error: 0.5 * spread * exitance * area,
+            source_error: 0.5 * factor * variation * area,
+        });
+    }
+    Some(cluster_estimate(receiver, source, hierarchy, light))
+}
+
+/// Mean form factor over the receiver and how much it differs; `None` when it is 0 everywhere.
+fn element_factor(receiver: &Piece<'_>, source: &Piece<'_>) -> Option<(f64, f64)> {
+    let at = |point| point_form_factor(point, &receiver.plane, &source.polygon, &source.plane);
+    let center = receiver.polygon.center();
+    let own = receiver.polygon.extent();
+    let distance = center.distance(source.polygon.center());
+    if distance > FAR * own && distance > FAR * 0.3 * source.polygon.extent() {
+        let factor = at(center);
+        // The kernel falls with the square of the distance and turns with two cosines.
+        return (factor > 0.0).then_some((factor, factor * (2.0 * own / distance).min(1.0)));
+    }
+    let vertices = receiver.polygon.vertices();
+    let inset = if vertices.len() == 3 { 0.5 } else { 1.0 / 3f64.sqrt() };
+    let (mut sum, mut low, mut high) = (0.0, f64::MAX, 0.0f64);
+    for &v in vertices {
+        let f = at(center.lerp(v, inset));
+        sum += f;
+        low = low.min(f);
+        high = high.max(f);
+    }
+    let mean = sum / vertices.len() as f64;
+    let near = at(nearest_point(receiver, source.polygon.center()));
+    // The quadrature points cover the inner part; the corners lie further out.
+    let spread = ((high - low) / inset).max(near - mean).max(mean - near);
+    (high > 0.0 || near > 0.0).then_some((mean, spread))
+}
+
+/// A point of the receiver near to `target`, a little inside.
+fn nearest_point(receiver: &Piece<'_>, target: DVec3) -> DVec3 {
+    let center = receiver.polygon.center();
+    let mut point = target - receiver.plane.normal * receiver.plane.distance(target);
+    for (a, b) in receiver.polygon.edges() {
+        let outward = (b - a).cross(receiver.plane.normal);
+        let (out, own) = ((point - a).dot(outward), (center - a).dot(outward));
+        if out > 0.0 && own < 0.0 {
+            point = center + (point - center) * (own / (own - out));
+        }
+    }
+    point.lerp(center, 0.05)
+}
+
+/// Figures of a link with a cluster at one end or both.
+fn cluster_estimate(receiver: &Party<'_>, source: &Party<'_>, hierarchy: &Hierarchy, light: &Light) -> Estimate {
+    let to_source = source.center(hierarchy) - receiver.center(hierarchy);
+    let reach = receiver.radius(hierarchy) + source.radius(hierarchy);
+    let distance = to_source.length();
+    let area = receiver.area(hierarchy);
+    let (sent, peak) = source.output(light);
+    // Inside each other's spheres the kernel means nothing; it is kept finite, and the error says so.
+    let near = distance < reach;
+    let safe = distance.max(reach).max(f64::MIN_POSITIVE);
+    let direction = if distance > 0.0 { to_source / distance } else { DVec3::ZERO };
+    // A cluster that straddles the horizon is seen at a small angle at least.
+    let cosine = |party: &Party<'_>, towards: DVec3, other: &Party<'_>| match party {
+        Party::Element { piece, .. } => {
+            piece.plane.normal.dot(towards).max(0.25 * other.radius(hierarchy) / safe).min(1.0)
+        }
+        Party::Cluster(_) => 1.0,
+    };
+    let received = cosine(receiver, direction, source) / (safe * safe);
+    let (factor, intensity) = match source {
+        Party::Element { area, exitance, .. } => {
+            (received * cosine(source, -direction, receiver) * area / PI, *exitance)
+        }
+        Party::Cluster(node) => {
+            let lobes = &light.intensity[*node as usize];
+            let lobe = if distance > 0.0 { lobes.evaluate((-direction).as_vec3()) } else { lobes.mean() };
+            (received, lobe.max_element() as f64)
+        }
+    };
+    // More than it sends, or more than its brightest part everywhere, cannot arrive.
+    let most = sent.min(peak * area);
+    let power = if near { most } else { (factor * intensity * area).min(most) };
+    let relative = if near { 1.0 } else { reach / distance };
+    Estimate {
+        factor,
+        spread: factor * relative,
+        power,
+        irradiance: power / area.max(f64::MIN_POSITIVE),
+        kernel_error: 0.5 * power * relative,
+        source_error: 0.0,
+    }
+}

@@ -1,0 +1,181 @@
+//! All elements: a tree for each side of each facet, numbered in depth-first order.
+
+use crate::hierarchy::{ElementTree, Hierarchy, Side};
+use crate::math::{Plane, Polygon, hash_pair};
+use glam::Vec3;
+use std::sync::atomic::AtomicU32;
+
+/// Element trees of all sides, and their numbering.
+///
+/// Element ids run through the sides in order, and through each tree in depth-first order: the first
+/// half of element `e` is `e + 1`, the second is `second[e]`.
+#[derive(Debug)]
+pub struct Forest {
+    sides_per_facet: u32,
+    trees: Vec<ElementTree>,
+    /// First element of each side, with the total number at the end.
+    pub first_element: Vec<u32>,
+    /// Second half of each element, 0 for a leaf.
+    pub second: Vec<u32>,
+    /// Area of each element, local units.
+    pub area: Vec<f32>,
+    /// Centre of each element, local coordinates.
+    pub center: Vec<Vec3>,
+    next_id: AtomicU32,
+}
+
+/// An element with its geometry.
+#[derive(Clone, Debug)]
+pub struct Piece<'a> {
+    /// Where it hangs in its tree.
+    pub tree: &'a ElementTree,
+    /// Outline, counter-clockwise from the lit side.
+    pub polygon: Polygon,
+    /// Plane; the front is the lit side.
+    pub plane: Plane,
+    /// The side it belongs to.
+    pub side: Side,
+    /// Names the piece by its way from the root, whatever its id is at the moment.
+    pub key: u64,
+}
+
+impl<'a> Piece<'a> {
+    /// Both halves; splits the tree if need be.
+    pub fn halves(&self, forest: &'a Forest) -> [Piece<'a>; 2] {
+        let trees = self.tree.split(&forest.next_id);
+        let [a, b] = self.polygon.bisect();
+        let piece = |half: usize, polygon| Piece {
+            tree: &trees[half],
+            polygon,
+            plane: self.plane,
+            side: self.side,
+            key: hash_pair(self.key, half as u64 + 1),
+        };
+        [piece(0, a), piece(1, b)]
+    }
+
+    /// The id of the element at this moment.
+    pub fn id(&self) -> u32 {
+        self.tree.id()
+    }
+}
+
+impl Forest {
+    /// One undivided element for each side.
+    pub fn new(hierarchy: &Hierarchy) -> Forest {
+        let count = hierarchy.facets.len() as u32 * hierarchy.sides();
+        let mut forest = Forest {
+            sides_per_facet: hierarchy.sides(),
+            trees: (0..count).map(ElementTree::new).collect(),
+            first_element: Vec::new(),
+            second: Vec::new(),
+            area: Vec::new(),
+            center: Vec::new(),
+            next_id: AtomicU32::new(count),
+        };
+        forest.renumber(hierarchy);
+        forest
+    }
+
+    /// Number of elements at the last numbering.
+    pub fn len(&self) -> usize {
+        self.second.len()
+    }
+
+    /// Whether there are no elements.
+    pub fn is_empty(&self) -> bool {
+        self.second.is_empty()
+    }
+
+    /// Number of sides.
+    pub fn side_count(&self) -> usize {
+        self.trees.len()
+    }
+
+    /// Number of leaf elements.
+    pub fn leaf_count(&self) -> usize {
+        self.second.iter().filter(|&&s| s == 0).count()
+    }
+
+    /// The side with this number.
+    pub fn side(&self, index: usize) -> Side {
+        let index = index as u32;
+        Side { facet: index / self.sides_per_facet, back: index % self.sides_per_facet == 1 }
+    }
+
+    /// The number of a side, if it takes part.
+    pub fn side_index(&self, side: Side) -> Option<usize> {
+        (!side.back || self.sides_per_facet == 2)
+            .then_some((side.facet * self.sides_per_facet + u32::from(side.back)) as usize)
+    }
+
+    /// The numbers of the sides of a facet.
+    pub fn sides_of(&self, facet: u32) -> std::ops::Range<usize> {
+        let first = (facet * self.sides_per_facet) as usize;
+        first..first + self.sides_per_facet as usize
+    }
+
+    /// The undivided element of a side.
+    pub fn root(&self, hierarchy: &Hierarchy, index: usize) -> Piece<'_> {
+        let side = self.side(index);
+        let (polygon, plane) = (hierarchy.polygon(side.facet), hierarchy.facets[side.facet as usize].plane);
+        let (polygon, plane) = if side.back { (polygon.flipped(), plane.flipped()) } else { (polygon, plane) };
+        Piece { tree: &self.trees[index], polygon, plane, side, key: hash_pair(index as u64, 0) }
+    }
+
+    /// The number of the side an element belongs to.
+    pub fn side_of(&self, element: u32) -> usize {
+        self.first_element.partition_point(|&first| first <= element) - 1
+    }
+
+    /// An element with its geometry, found from the root of its side.
+    pub fn piece(&self, hierarchy: &Hierarchy, element: u32) -> Piece<'_> {
+        let mut piece = self.root(hierarchy, self.side_of(element));
+        while piece.id() != element {
+            let second = self.second[piece.id() as usize];
+            let [a, b] = piece.halves(self);
+            piece = if element < second { a } else { b };
+        }
+        piece
+    }
+
+    /// Numbers all elements anew in depth-first order; returns, for each old id, the new one.
+    ///
+    /// The result depends on which elements exist, not on who made them first.
+    pub fn renumber(&mut self, hierarchy: &Hierarchy) -> Vec<u32> {
+        let total = *self.next_id.get_mut() as usize;
+        let mut new_from_old = vec![0; total];
+        let mut first_element = Vec::with_capacity(self.trees.len() + 1);
+        let mut second = Vec::with_capacity(total);
+        let mut area = Vec::with_capacity(total);
+        let mut center = Vec::with_capacity(total);
+        let mut stack = Vec::new();
+        for (index, tree) in self.trees.iter().enumerate() {
+            first_element.push(second.len() as u32);
+            stack.push((tree, self.root(hierarchy, index).polygon, None));
+            while let Some((tree, polygon, parent)) = stack.pop() {
+                let id = second.len() as u32;
+                if let Some(parent) = parent {
+                    second[parent as usize] = id;
+                }
+                new_from_old[tree.id() as usize] = id;
+                tree.set_id(id);
+                second.push(0);
+                area.push(polygon.area() as f32);
+                center.push(polygon.center().as_vec3());
+                if let Some([a, b]) = tree.halves() {
+                    let [first_half, second_half] = polygon.bisect();
+                    stack.push((b, second_half, Some(id)));
+                    stack.push((a, first_half, None));
+                }
+            }
+        }
+        first_element.push(second.len() as u32);
+        debug_assert_eq!(second.len(), total);
+        self.first_element = first_element;
+        self.second = second;
+        self.area = area;
+        self.center = center;
+        new_from_old
+    }
+}

@@ -1,0 +1,345 @@
+//! Refinement: pairs are subdivided until one number for each is good enough, and their visibility is
+//! decided on the way down. [HSA91] [SAG94], paper §2.4 and §3.
+
+use super::estimate::{Estimate, Party, estimate};
+use super::forest::Forest;
+use super::links::{Link, LinkClass};
+use super::transport::Light;
+use crate::hierarchy::Hierarchy;
+use crate::math::hash_pair;
+use crate::tracer::NO_FACET;
+use crate::visibility::{CandidateSet, Class, Inheritance, Strategy, Tester, VisibilityCounters, Worker};
+use rayon::prelude::*;
+use std::ops::AddAssign;
+
+/// Pairs that carry this many thresholds of power have enough below them to be worth sharing out.
+const PARALLEL_IMPORTANCE: f64 = 64.0;
+
+/// Pairs the refinement ended at and that are not stored, and the work it took.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RefineCounters {
+    /// Pairs found invisible.
+    pub invisible: u64,
+    /// Of those, proved.
+    pub certified_invisible: u64,
+    /// Work of the visibility tests.
+    pub visibility: VisibilityCounters,
+}
+
+impl AddAssign for RefineCounters {
+    fn add_assign(&mut self, other: RefineCounters) {
+        self.invisible += other.invisible;
+        self.certified_invisible += other.certified_invisible;
+        self.visibility += other.visibility;
+    }
+}
+
+/// When a pair is good enough. Powers in local areas.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Thresholds {
+    /// Power a link may get wrong.
+    pub(super) power: f64,
+    /// A partly visible pair is split while it brings more irradiance than this.
+    pub(super) partial_irradiance: f64,
+    /// Elements with no edge longer than this are not split, local length.
+    pub(super) min_size: f64,
+}
+
+/// Refines links with the light of the last iteration.
+pub(super) struct Refiner<'a> {
+    pub(super) hierarchy: &'a Hierarchy,
+    pub(super) forest: &'a Forest,
+    pub(super) light: &'a Light,
+    pub(super) tester: &'a Tester<'a>,
+    pub(super) thresholds: Thresholds,
+}
+
+/// What a pair knows from above.
+#[derive(Clone, Copy)]
+struct PairState<'a> {
+    /// Fully visible, and whether that is proved.
+    visible: Option<bool>,
+    inheritance: Inheritance<'a>,
+}
+
+/// Links and counts of one task.
+#[derive(Default)]
+struct Output {
+    links: Vec<Link>,
+    counters: RefineCounters,
+    worker: Worker,
+}
+
+impl Output {
+    fn absorb(&mut self, other: Output) {
+        self.links.extend(other.links);
+        self.counters += other.counters;
+        self.worker.counters += other.worker.counters;
+    }
+}
+
+/// Which end to split.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Split {
+    Receiver,
+    Source,
+    Both,
+}
+
+impl<'a> Refiner<'a> {
+    /// Splits every link that is not good enough any more; the others stay as they are. The order of
+    /// the result depends on the input alone.
+    pub(super) fn refine(&self, links: &[Link], advance: &(dyn Fn(u64) + Sync)) -> (Vec<Link>, RefineCounters) {
+        let root = CandidateSet::root();
+        let parts: Vec<Output> = links
+            .par_chunks(256)
+            .with_max_len(1)
+            .map(|chunk| {
+                let mut output = Output::default();
+                for link in chunk {
+                    self.revisit(link, &root, &mut output);
+                }
+                advance(chunk.len() as u64);
+                output
+            })
+            .collect();
+        let mut all = Output::default();
+        parts.into_iter().for_each(|part| all.absorb(part));
+        all.counters.visibility = all.worker.counters;
+        (all.links, all.counters)
+    }
+
+    /// Keeps a link, or takes it up again with the present light.
+    fn revisit(&self, link: &Link, root: &CandidateSet, output: &mut Output) {
+        let clusters = self.hierarchy.nodes.len() as u32;
+        if link.class != LinkClass::Untested && link.receiver >= clusters && link.source >= clusters {
+            let source = (link.source - clusters) as usize;
+            let area = self.forest.area[(link.receiver - clusters) as usize] as f64;
+            let exitance = self.light.exitance[source].max_element() as f64;
+            let irradiance = link.factor as f64 * exitance;
+            let error = 0.5 * area * (link.spread as f64 * exitance + (link.factor * self.light.variation[source]) as f64);
+            let shadow = link.class == LinkClass::Partial && irradiance > self.thresholds.partial_irradiance;
+            if error <= self.thresholds.power && !shadow {
+                output.links.push(*link);
+                return;
+            }
+        }
+        let (receiver, source) = (self.party(link.receiver), self.party(link.source));
+        let inheritance = Inheritance { candidates: root, blocker: NO_FACET };
+        let visible = match link.class {
+            LinkClass::CertifiedVisible => Some(true),
+            LinkClass::Visible if link.inherited => Some(false),
+            _ => None,
+        };
+        if link.class != LinkClass::Untested {
+            let Some(figures) = estimate(&receiver, &source, self.hierarchy, self.light) else { return };
+            let partial = link.class == LinkClass::Partial;
+            if self.wanted_split(&receiver, &source, &figures, partial).is_none() {
+                output.links.push(*link);
+                return;
+            }
+        }
+        self.pair(&receiver, &source, PairState { visible, inheritance }, output);
+    }
+
+    fn party(&self, id: u32) -> Party<'a> {
+        let clusters = self.hierarchy.nodes.len() as u32;
+        if id < clusters {
+            Party::Cluster(id)
+        } else {
+            Party::of_piece(self.forest.piece(self.hierarchy, id - clusters), self.light)
+        }
+    }
+
+    /// Decides one pair: link, drop, or split and go on below.
+    fn pair(&self, receiver: &Party<'a>, source: &Party<'a>, state: PairState<'_>, output: &mut Output) {
+        let Some(figures) = estimate(receiver, source, self.hierarchy, self.light) else { return };
+        let mut link = Link {
+            receiver: receiver.id(self.hierarchy),
+            source: source.id(self.hierarchy),
+            factor: figures.factor as f32,
+            spread: figures.spread as f32,
+            visibility: 1.0,
+            class: LinkClass::Untested,
+            inherited: false,
+        };
+        if figures.power <= 0.0 {
+            output.links.push(link);
+            return;
+        }
+        if let Some(certified) = state.visible {
+            match self.wanted_split(receiver, source, &figures, false) {
+                Some(split) => self.split(receiver, source, split, figures.power, state, output),
+                None => {
+                    link.class = if certified { LinkClass::CertifiedVisible } else { LinkClass::Visible };
+                    link.inherited = true;
+                    output.links.push(link);
+                }
+            }
+            return;
+        }
+
+        let importance = figures.power / self.thresholds.power;
+        let if_partial = self.wanted_split(receiver, source, &figures, true);
+        let (verdict, narrowed) = self.tester.classify(
+            &mut output.worker,
+            &receiver.end(),
+            &source.end(),
+            hash_pair(receiver.key(), source.key()),
+            state.inheritance,
+            if_partial.is_some(),
+            importance,
+        );
+        let split = match verdict.class {
+            Class::Partial => if_partial,
+            _ if verdict.doubtful => if_partial,
+            Class::Visible => self.wanted_split(receiver, source, &figures, false),
+            Class::Invisible => None,
+        };
+        match split {
+            Some(split) => {
+                let below = PairState {
+                    visible: (verdict.class == Class::Visible && verdict.inheritable).then_some(verdict.certified),
+                    inheritance: Inheritance {
+                        candidates: narrowed.as_ref().unwrap_or(state.inheritance.candidates),
+                        blocker: verdict.blocker,
+                    },
+                };
+                self.split(receiver, source, split, figures.power, below, output);
+            }
+            None if verdict.class == Class::Invisible => {
+                output.counters.invisible += 1;
+                output.counters.certified_invisible += u64::from(verdict.certified);
+            }
+            None => {
+                link.visibility = verdict.fraction;
+                link.class = match (verdict.class, verdict.certified) {
+                    (Class::Visible, true) => LinkClass::CertifiedVisible,
+                    (Class::Visible, false) => LinkClass::Visible,
+                    _ => LinkClass::Partial,
+                };
+                output.links.push(link);
+            }
+        }
+        if let Some(set) = narrowed {
+            output.worker.recycle(set);
+        }
+    }
+
+    /// The split that would make the pair better, or `None` when it is good enough or cannot be split.
+    fn wanted_split(
+        &self,
+        receiver: &Party<'a>,
+        source: &Party<'a>,
+        figures: &Estimate,
+        partial: bool,
+    ) -> Option<Split> {
+        let limit = self.thresholds.power;
+        let kernel = figures.kernel_error > limit;
+        let uneven = figures.source_error > limit;
+        let classic = self.tester.options().strategy == Strategy::Sampled;
+        let shadow = partial && !classic && figures.irradiance > self.thresholds.partial_irradiance;
+        match (receiver, source) {
+            (Party::Cluster(a), Party::Cluster(b)) => (kernel || shadow && figures.power > limit).then_some(if a == b {
+                Split::Both
+            } else if receiver.radius(self.hierarchy) >= source.radius(self.hierarchy) {
+                Split::Receiver
+            } else {
+                Split::Source
+            }),
+            (Party::Element { .. }, Party::Element { .. }) => {
+                let (can_receiver, can_source) = (self.can_split(receiver), self.can_split(source));
+                if uneven && can_source && figures.source_error > figures.kernel_error {
+                    return Some(Split::Source);
+                }
+                if kernel && can_receiver {
+                    return Some(Split::Receiver);
+                }
+                if uneven && can_source {
+                    return Some(Split::Source);
+                }
+                if shadow {
+                    let larger_source = source.radius(self.hierarchy) > receiver.radius(self.hierarchy);
+                    return match (can_receiver, can_source) {
+                        (true, false) => Some(Split::Receiver),
+                        (true, true) => Some(if larger_source { Split::Source } else { Split::Receiver }),
+                        (false, true) if larger_source => Some(Split::Source),
+                        _ => None,
+                    };
+                }
+                None
+            }
+            (Party::Cluster(_), element) | (element, Party::Cluster(_)) => {
+                if !(kernel || shadow && figures.power > limit) {
+                    return None;
+                }
+                let receiver_is_cluster = matches!(receiver, Party::Cluster(_));
+                let cluster = if receiver_is_cluster { receiver } else { source };
+                let split_element = self.can_split(element)
+                    && element.radius(self.hierarchy) > cluster.radius(self.hierarchy);
+                Some(if split_element != receiver_is_cluster { Split::Receiver } else { Split::Source })
+            }
+        }
+    }
+
+    fn can_split(&self, party: &Party<'_>) -> bool {
+        match party {
+            Party::Element { piece, .. } => piece.polygon.longest_edge() > self.thresholds.min_size,
+            Party::Cluster(_) => true,
+        }
+    }
+
+    fn split(
+        &self,
+        receiver: &Party<'a>,
+        source: &Party<'a>,
+        split: Split,
+        power: f64,
+        state: PairState<'_>,
+        output: &mut Output,
+    ) {
+        let parts = |party: &Party<'a>| party.parts(self.hierarchy, self.forest, self.light);
+        let pairs: Vec<(Party<'a>, Party<'a>)> = match split {
+            Split::Receiver => parts(receiver).into_iter().map(|r| (r, source.clone())).collect(),
+            Split::Source => parts(source).into_iter().map(|s| (receiver.clone(), s)).collect(),
+            Split::Both => {
+                let Party::Cluster(node) = receiver else { return };
+                self.pairs_within(*node)
+            }
+        };
+        if power > PARALLEL_IMPORTANCE * self.thresholds.power {
+            let tasks: Vec<Output> = pairs
+                .par_iter()
+                .with_max_len(1)
+                .map(|(r, s)| {
+                    let mut output = Output::default();
+                    self.pair(r, s, state, &mut output);
+                    output
+                })
+                .collect();
+            tasks.into_iter().for_each(|task| output.absorb(task));
+        } else {
+            for (r, s) in &pairs {
+                self.pair(r, s, state, output);
+            }
+        }
+    }
+
+    /// All ordered pairs of the two children of a cluster; a facet does not see itself.
+    fn pairs_within(&self, node: u32) -> Vec<(Party<'a>, Party<'a>)> {
+        let children = self.hierarchy.nodes[node as usize].children(node);
+        let mut pairs = Vec::new();
+        for receiver in children {
+            for source in children {
+                if receiver == source && self.hierarchy.nodes[receiver as usize].is_leaf() {
+                    continue;
+                }
+                let of = |node| Party::of_node(node, self.hierarchy, self.forest, self.light);
+                for r in of(receiver) {
+                    pairs.extend(of(source).into_iter().map(|s| (r.clone(), s)));
+                }
+            }
+        }
+        pairs
+    }
+}

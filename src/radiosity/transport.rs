@@ -1,0 +1,279 @@
+//! One iteration of light: gather over the links, push irradiance down to the leaf elements, pull
+//! exitance up to the root. [HSA91]
+
+use super::forest::Forest;
+use super::links::{Link, LinkClass, LinkSet};
+use crate::hierarchy::{Hierarchy, Side};
+use crate::math::CosineLobes;
+use glam::Vec3;
+use rayon::prelude::*;
+use std::f32::consts::PI;
+
+/// Sides handed to a thread at a time.
+const BLOCK: usize = 512;
+
+/// Light on every element and cluster.
+#[derive(Clone, Debug, Default)]
+pub struct Light {
+    /// Exitance of each element; the area average in inner ones, W/m².
+    pub exitance: Vec<Vec3>,
+    /// Irradiance of each leaf element; the area average in inner ones, W/m².
+    pub irradiance: Vec<Vec3>,
+    /// Largest minus smallest exitance of the leaves below each element, largest channel.
+    pub variation: Vec<f32>,
+    /// Intensity of each cluster towards each direction, W/sr in local areas.
+    pub intensity: Vec<CosineLobes>,
+    /// Power each cluster sends out, largest channel, W in local areas.
+    pub power: Vec<f32>,
+    /// Largest exitance in each cluster, largest channel.
+    pub peak: Vec<f32>,
+}
+
+/// What a surface does with the light that reaches it.
+pub trait Surface: Sync {
+    /// Own exitance and reflectance of a side.
+    fn of(&self, side: usize) -> (Vec3, Vec3);
+}
+
+/// The materials of the scene.
+pub struct Materials<'a> {
+    /// Facets and their materials.
+    pub hierarchy: &'a Hierarchy,
+    /// Sides.
+    pub forest: &'a Forest,
+}
+
+impl Surface for Materials<'_> {
+    fn of(&self, index: usize) -> (Vec3, Vec3) {
+        let side = self.forest.side(index);
+        let material = self.hierarchy.material(side.facet);
+        let emitted = if side.back { Vec3::ZERO } else { Vec3::from(material.radiance) * PI };
+        (emitted, Vec3::from(material.reflectance))
+    }
+}
+
+/// Unit exitance everywhere, whatever arrives: its irradiance is the part of the hemisphere that is
+/// covered by surfaces.
+pub struct Unit;
+
+impl Surface for Unit {
+    fn of(&self, _: usize) -> (Vec3, Vec3) {
+        (Vec3::ONE, Vec3::ZERO)
+    }
+}
+
+impl Light {
+    /// The light before the first iteration: emission only.
+    pub fn emitted(hierarchy: &Hierarchy, forest: &Forest, surface: &dyn Surface) -> Light {
+        let elements = vec![Vec3::ZERO; forest.len()];
+        let dark = vec![CosineLobes::default(); hierarchy.nodes.len()];
+        let mut light = Light {
+            exitance: elements.clone(),
+            irradiance: elements.clone(),
+            variation: vec![0.0; forest.len()],
+            ..Light::default()
+        };
+        light.push_pull(hierarchy, forest, surface, &elements, dark);
+        light
+    }
+
+    /// Carries the light over to a new numbering; elements new in it take their parent's.
+    pub fn renumbered(&self, forest: &Forest, new_from_old: &[u32]) -> Light {
+        const UNKNOWN: Vec3 = Vec3::NAN;
+        let mut exitance = vec![UNKNOWN; forest.len()];
+        for (old, &value) in self.exitance.iter().enumerate() {
+            exitance[new_from_old[old] as usize] = value;
+        }
+        for e in 0..exitance.len() {
+            let second = forest.second[e] as usize;
+            if second != 0 && exitance[second].is_nan() {
+                exitance[e + 1] = exitance[e];
+                exitance[second] = exitance[e];
+            }
+        }
+        Light {
+            irradiance: vec![Vec3::ZERO; forest.len()],
+            variation: vec![0.0; forest.len()],
+            exitance,
+            ..self.clone()
+        }
+    }
+
+    /// Gathers over all links and updates everything; returns the new light.
+    pub fn iterate(&self, hierarchy: &Hierarchy, forest: &Forest, links: &LinkSet, surface: &dyn Surface) -> Light {
+        let clusters = hierarchy.nodes.len() as u32;
+        let gathered: Vec<Vec3> = (0..forest.len() as u32)
+            .into_par_iter()
+            .with_min_len(256)
+            .map(|element| {
+                let receiver = clusters + element;
+                links.of(receiver).iter().fold(Vec3::ZERO, |sum, link| sum + self.carried(hierarchy, forest, link))
+            })
+            .collect();
+        let lobes: Vec<CosineLobes> = (0..clusters)
+            .into_par_iter()
+            .with_min_len(256)
+            .map(|node| {
+                let mut lobes = CosineLobes::default();
+                for link in links.of(node) {
+                    lobes.add(direction(hierarchy, forest, link), self.carried(hierarchy, forest, link));
+                }
+                lobes
+            })
+            .collect();
+        let mut next = Light {
+            exitance: vec![Vec3::ZERO; forest.len()],
+            irradiance: vec![Vec3::ZERO; forest.len()],
+            variation: vec![0.0; forest.len()],
+            ..Light::default()
+        };
+        next.push_pull(hierarchy, forest, surface, &gathered, lobes);
+        next
+    }
+
+    /// Irradiance one link brings, across the direction of the light when the receiver is a cluster.
+    #[inline]
+    fn carried(&self, hierarchy: &Hierarchy, forest: &Forest, link: &Link) -> Vec3 {
+        if link.class == LinkClass::Untested {
+            return Vec3::ZERO;
+        }
+        let clusters = hierarchy.nodes.len() as u32;
+        let factor = link.factor * link.visibility;
+        if link.source >= clusters {
+            return self.exitance[(link.source - clusters) as usize] * factor;
+        }
+        let away = -direction(hierarchy, forest, link);
+        let lobes = &self.intensity[link.source as usize];
+        (if away == Vec3::ZERO { lobes.mean() } else { lobes.evaluate(away) }) * factor
+    }
+
+    /// Sends gathered light down to the leaves and the new exitance up again.
+    ///
+    /// `gathered` is irradiance by element, `lobes` what each cluster received.
+    fn push_pull(
+        &mut self,
+        hierarchy: &Hierarchy,
+        forest: &Forest,
+        surface: &dyn Surface,
+        gathered: &[Vec3],
+        mut lobes: Vec<CosineLobes>,
+    ) {
+        for index in 0..hierarchy.nodes.len() {
+            if !hierarchy.nodes[index].is_leaf() {
+                let from_above = lobes[index];
+                for child in hierarchy.nodes[index].children(index as u32) {
+                    lobes[child as usize].merge(&from_above);
+                }
+            }
+        }
+        self.push_pull_elements(hierarchy, forest, surface, gathered, &lobes);
+        self.pull_clusters(hierarchy, forest, lobes);
+    }
+
+    fn push_pull_elements(
+        &mut self,
+        hierarchy: &Hierarchy,
+        forest: &Forest,
+        surface: &dyn Surface,
+        gathered: &[Vec3],
+        lobes: &[CosineLobes],
+    ) {
+        let mut blocks = Vec::new();
+        let (mut exitance, mut irradiance, mut variation) =
+            (&mut self.exitance[..], &mut self.irradiance[..], &mut self.variation[..]);
+        for first in (0..forest.side_count()).step_by(BLOCK) {
+            let end = (first + BLOCK).min(forest.side_count());
+            let count = (forest.first_element[end] - forest.first_element[first]) as usize;
+            let (a, b, c);
+            (a, exitance) = exitance.split_at_mut(count);
+            (b, irradiance) = irradiance.split_at_mut(count);
+            (c, variation) = variation.split_at_mut(count);
+            blocks.push((first..end, a, b, c));
+        }
+        blocks.into_par_iter().for_each(|(sides, exitance, irradiance, variation)| {
+            let offset = forest.first_element[sides.start] as usize;
+            let mut block = Block { forest, gathered, offset, exitance, irradiance, variation };
+            for index in sides {
+                let side = forest.side(index);
+                let normal = hierarchy.facets[side.facet as usize].plane.normal.as_vec3();
+                let normal = if side.back { -normal } else { normal };
+                let from_clusters = lobes[hierarchy.leaf(side.facet) as usize].evaluate(normal);
+                block.push_pull(forest.first_element[index], from_clusters, surface.of(index));
+            }
+        });
+    }
+
+    fn pull_clusters(&mut self, hierarchy: &Hierarchy, forest: &Forest, mut lobes: Vec<CosineLobes>) {
+        lobes.fill(CosineLobes::default());
+        self.power = vec![0.0; hierarchy.nodes.len()];
+        self.peak = vec![0.0; hierarchy.nodes.len()];
+        for index in (0..hierarchy.nodes.len()).rev() {
+            let node = &hierarchy.nodes[index];
+            if node.is_leaf() {
+                for back in [false, true] {
+                    let Some(side) = forest.side_index(Side { facet: node.first, back }) else { continue };
+                    let root = forest.first_element[side] as usize;
+                    let normal = hierarchy.facets[node.first as usize].plane.normal.as_vec3();
+                    let power = self.exitance[root] * forest.area[root];
+                    lobes[index].add(if back { -normal } else { normal }, power / PI);
+                    self.power[index] += power.max_element();
+                    self.peak[index] = self.peak[index].max(self.exitance[root].max_element() + self.variation[root]);
+                }
+            } else {
+                for child in node.children(index as u32).map(|c| c as usize) {
+                    let below = lobes[child];
+                    lobes[index].merge(&below);
+                    self.power[index] += self.power[child];
+                    self.peak[index] = self.peak[index].max(self.peak[child]);
+                }
+            }
+        }
+        self.intensity = lobes;
+    }
+}
+
+/// Unit direction from the receiver's centre to the source's; zero when they coincide.
+pub fn direction(hierarchy: &Hierarchy, forest: &Forest, link: &Link) -> Vec3 {
+    let clusters = hierarchy.nodes.len() as u32;
+    let center = |id: u32| {
+        if id < clusters { hierarchy.nodes[id as usize].center } else { forest.center[(id - clusters) as usize] }
+    };
+    (center(link.source) - center(link.receiver)).normalize_or_zero()
+}
+
+/// A run of sides with its share of the arrays.
+struct Block<'a> {
+    forest: &'a Forest,
+    gathered: &'a [Vec3],
+    offset: usize,
+    exitance: &'a mut [Vec3],
+    irradiance: &'a mut [Vec3],
+    variation: &'a mut [f32],
+}
+
+impl Block<'_> {
+    /// Pushes irradiance into one element tree and pulls its exitance; returns the smallest and
+    /// largest exitance of its leaves.
+    fn push_pull(&mut self, element: u32, from_above: Vec3, surface: (Vec3, Vec3)) -> (f32, f32) {
+        let own = element as usize - self.offset;
+        let irradiance = from_above + self.gathered[element as usize];
+        let second = self.forest.second[element as usize];
+        if second == 0 {
+            let (emitted, reflectance) = surface;
+            self.irradiance[own] = irradiance;
+            self.exitance[own] = emitted + reflectance * irradiance;
+            let exitance = self.exitance[own].max_element();
+            return (exitance, exitance);
+        }
+        let (low_a, high_a) = self.push_pull(element + 1, irradiance, surface);
+        let (low_b, high_b) = self.push_pull(second, irradiance, surface);
+        let (a, b) = (own + 1, second as usize - self.offset);
+        let share =
+            self.forest.area[element as usize + 1] / (self.forest.area[element as usize + 1] + self.forest.area[second as usize]);
+        self.irradiance[own] = self.irradiance[a] * share + self.irradiance[b] * (1.0 - share);
+        self.exitance[own] = self.exitance[a] * share + self.exitance[b] * (1.0 - share);
+        let (low, high) = (low_a.min(low_b), high_a.max(high_b));
+        self.variation[own] = high - low;
+        (low, high)
+    }
+}
