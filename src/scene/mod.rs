@@ -1,6 +1,23 @@
 //! What is to be lit: polygons, materials, emitters and cameras, read from files and checked, then
 //! never changed again.
 
+mod camera;
+mod description;
+mod draft;
+mod error;
+mod generate;
+mod lines;
+mod load;
+mod mtl;
+mod obj;
+mod statements;
+mod triangulate;
+mod validate;
+
+pub use error::{SceneError, SceneErrorKind};
+pub use generate::{GenerateError, OfficeOptions, OfficeSummary, generate_office};
+pub use load::{LoadOptions, load};
+
 use glam::DVec3;
 
 /// A validated scene. Positions are in scene units, as in the file (double precision).

@@ -1,0 +1,107 @@
+//! From the path the user names to a checked [`Scene`].
+
+use std::path::Path;
+
+use super::draft::Draft;
+use super::error::{SceneError, quoted};
+use super::{Scene, camera, description, validate};
+
+/// How to load a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LoadOptions {
+    /// Refuse a scene in which nothing emits light. On by default; off for looking at geometry.
+    pub require_emitter: bool,
+}
+
+impl Default for LoadOptions {
+    fn default() -> Self {
+        Self { require_emitter: true }
+    }
+}
+
+/// Loads a scene description (`.toml`) or a bare mesh (`.obj`), any case of the extension.
+///
+/// What can be repaired is repaired and said in [`Scene::warnings`]; see `docs/scene-format.md`.
+///
+/// # Errors
+/// [`SceneError`], one line with file and line number where there is one: a missing or unreadable
+/// file, a malformed file, a scene without triangles or without emitter.
+///
+/// ```
+/// # let folder = tempfile::tempdir()?;
+/// let path = folder.path().join("lamp.toml");
+/// std::fs::write(&path, "[[quad]]\ncorners = [[0,2,0],[0,2,1],[1,2,1],[1,2,0]]\nradiance = [1,1,1]")?;
+/// let scene = lightshaft::scene::load(&path, &Default::default()).unwrap();
+/// assert_eq!(scene.triangles.len(), 2);
+/// # Ok::<(), std::io::Error>(())
+/// ```
+pub fn load(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    let mut draft = Draft::new(path);
+    let mut cameras = Vec::new();
+    let mut meters_per_unit = 1.0;
+    match extension.as_str() {
+        "obj" => draft.add_obj(path)?,
+        "toml" => {
+            let description = description::read(path)?;
+            draft.warnings.extend(description.warnings);
+            for (mesh, line) in &description.meshes {
+                draft.add_obj(mesh).map_err(|error| named_by(error, path, mesh, *line))?;
+            }
+            for quad in &description.quads {
+                draft.add_quad(quad);
+            }
+            for change in &description.overrides {
+                draft.override_material(change)?;
+            }
+            cameras = description.cameras;
+            meters_per_unit = description.meters_per_unit;
+        }
+        _ => return Err(unsupported(path, &extension)),
+    }
+    let mut scene = validate::finish(draft, scene_name(path), meters_per_unit, options)?;
+    if cameras.is_empty() {
+        cameras.push(camera::derive(&scene.positions, &scene.triangles));
+    }
+    scene.cameras = cameras;
+    Ok(scene)
+}
+
+/// Says which line of the description names a mesh that cannot be read.
+fn named_by(error: SceneError, path: &Path, mesh: &Path, line: u64) -> SceneError {
+    match error {
+        SceneError::Io { file, message, .. } if file == mesh => {
+            let mesh = mesh.display().to_string();
+            SceneError::io(path, Some(line), format!("mesh {}: {message}", mesh.escape_debug()))
+        }
+        other => other,
+    }
+}
+
+fn unsupported(path: &Path, extension: &str) -> SceneError {
+    if let Err(error) = super::lines::open_regular(path) {
+        return error;
+    }
+    let message = match extension {
+        "mtl" => "is a material library; give the .obj that uses it".to_owned(),
+        "" => "has no extension; give a .toml scene description or an .obj mesh".to_owned(),
+        other => format!(
+            "files of type {} are not read; give a .toml scene description or an .obj mesh",
+            quoted(&format!(".{other}"))
+        ),
+    };
+    SceneError::invalid(path, None, message)
+}
+
+/// The file's stem, or its folder's name when the file is just called `scene`.
+fn scene_name(path: &Path) -> String {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    if !stem.eq_ignore_ascii_case("scene") {
+        return stem;
+    }
+    let folder = path.canonicalize().ok().and_then(|full| {
+        let name = full.parent()?.file_name()?;
+        Some(name.to_string_lossy().into_owned())
+    });
+    folder.unwrap_or(stem)
+}

@@ -1,0 +1,110 @@
+//! MTL through `tobj`: the diffuse reflectance `Kd` and the emitted radiance `Ke` of each material.
+
+use std::path::Path;
+
+use super::error::{SceneError, quoted};
+use super::lines::Lines;
+use super::statements::{number, words};
+
+/// One material of a library.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct MtlMaterial {
+    /// Name after `newmtl`, blanks inside kept.
+    pub(super) name: String,
+    /// Reflectance, linear RGB ≥ 0, when there is a `Kd`.
+    pub(super) reflectance: Option<[f64; 3]>,
+    /// Radiance in W/(m²·sr), ≥ 0; zero without `Ke`.
+    pub(super) radiance: [f64; 3],
+}
+
+/// Reads a library; a later material replaces an earlier one of the same name. Warnings are added to
+/// `warnings`.
+///
+/// # Errors
+/// [`SceneError::Io`], [`SceneError::Parse`] and [`SceneError::Invalid`], with the line.
+pub(super) fn read(path: &Path, warnings: &mut Vec<String>) -> Result<Vec<MtlMaterial>, SceneError> {
+    let plain = plain_form(path, warnings)?;
+    let (materials, _) = tobj::load_mtl_buf(&mut plain.as_slice())
+        .map_err(|error| SceneError::parse(path, None, format!("cannot be read as MTL ({error})")))?;
+    let read = materials.into_iter().map(|material| MtlMaterial {
+        name: material.name,
+        reflectance: material.diffuse,
+        radiance: material.emissive.unwrap_or_default(),
+    });
+    Ok(read.collect())
+}
+
+/// `newmtl`, `Kd` and `Ke` statements, checked; `tobj` panics on a colour of one number, and stops at
+/// values of statements that do not matter here.
+fn plain_form(path: &Path, warnings: &mut Vec<String>) -> Result<Vec<u8>, SceneError> {
+    let mut lines = Lines::open(path)?;
+    let mut plain = Vec::new();
+    let mut has_material = false;
+    let mut is_unnamed = false;
+    while let Some((line, text)) = lines.next_line()? {
+        let text = text.trim_ascii();
+        let end = text.iter().position(|byte| byte.is_ascii_whitespace()).unwrap_or(text.len());
+        let (keyword, rest) = text.split_at(end);
+        match keyword {
+            b"newmtl" => {
+                let name = String::from_utf8_lossy(rest).trim().to_owned();
+                has_material = !name.is_empty();
+                if name.is_empty() {
+                    warnings.push(format!(
+                        "{}:{line}: newmtl without a name, so nothing can use it; its statements are ignored",
+                        path.display()
+                    ));
+                    is_unnamed = true;
+                    continue;
+                }
+                plain.extend_from_slice(format!("newmtl {name}\n").as_bytes());
+            }
+            b"Kd" | b"Ke" => {
+                let keyword = if keyword == b"Kd" { "Kd" } else { "Ke" };
+                let [r, g, b] = colour(rest).map_err(|message| {
+                    SceneError::parse(path, Some(line), format!("{keyword}: {message}"))
+                })?;
+                if [r, g, b].iter().any(|&value| value < 0.0) {
+                    return Err(SceneError::invalid(
+                        path,
+                        Some(line),
+                        format!("{keyword} is negative; reflectance and radiance are 0 or more"),
+                    ));
+                }
+                if !has_material {
+                    if !is_unnamed {
+                        warnings.push(format!(
+                            "{}:{line}: {keyword} before the first newmtl is ignored",
+                            path.display()
+                        ));
+                    }
+                    continue;
+                }
+                plain.extend_from_slice(format!("{keyword} {r:e} {g:e} {b:e}\n").as_bytes());
+            }
+            _ => {}
+        }
+    }
+    Ok(plain)
+}
+
+/// Three numbers, or one for all three channels.
+fn colour(rest: &[u8]) -> Result<[f64; 3], String> {
+    let values: Vec<&[u8]> = words(rest).collect();
+    match values.as_slice() {
+        [kind, ..] if [&b"spectral"[..], b"xyz"].contains(kind) => {
+            let kind = String::from_utf8_lossy(kind);
+            Err(format!("{} colours are not supported; write linear RGB", quoted(&kind)))
+        }
+        [grey] => number(grey).map(|value| [value; 3]),
+        [r, g, b, ..] => Ok([number(r)?, number(g)?, number(b)?]),
+        _ => Err(format!("a colour needs 3 numbers and has {}; write r g b", values.len())),
+    }
+    .and_then(|rgb: [f64; 3]| {
+        if rgb.iter().all(|value| (*value as f32).is_finite()) {
+            Ok(rgb)
+        } else {
+            Err("the number is too large for single precision; write a smaller one".to_owned())
+        }
+    })
+}
