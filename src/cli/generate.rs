@@ -21,7 +21,7 @@ pub(super) fn run(what: &GenerateWhat) -> Result<(), CliError> {
 fn run_office(typed: &OfficeArgs) -> Result<(), CliError> {
     prepare_folder(&typed.output, typed.force)?;
     let options = scene::OfficeOptions { floors: typed.floors, rooms: typed.rooms };
-    let written = scene::write_office(&options, &typed.output).map_err(|error| {
+    let written = scene::generate_office(&options, &typed.output).map_err(|error| {
         CliError::OutputFolder(format!("{}: cannot write the office: {error}", typed.output.display()))
     })?;
     console::answer(&format!(

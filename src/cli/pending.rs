@@ -10,6 +10,12 @@ pub(super) mod scene {
     #[derive(Default)]
     pub(in super::super) struct LoadOptions {}
 
+    pub(in super::super) enum SceneErrorKind {
+        Io,
+        Parse,
+        Invalid,
+    }
+
     #[derive(Debug, thiserror::Error)]
     pub(in super::super) enum SceneError {
         #[error("{0}")]
@@ -18,6 +24,16 @@ pub(super) mod scene {
         Malformed(String),
         #[error("{0}")]
         Invalid(String),
+    }
+
+    impl SceneError {
+        pub(in super::super) fn kind(&self) -> SceneErrorKind {
+            match self {
+                SceneError::Unreadable(_) => SceneErrorKind::Io,
+                SceneError::Malformed(_) => SceneErrorKind::Parse,
+                SceneError::Invalid(_) => SceneErrorKind::Invalid,
+            }
+        }
     }
 
     pub(in super::super) fn load(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
@@ -82,24 +98,29 @@ pub(super) mod scene {
         pub(in super::super) floors: u32,
         pub(in super::super) rooms: u32,
     }
-    pub(in super::super) struct Written {
+    pub(in super::super) struct OfficeSummary {
         pub(in super::super) triangles: u64,
     }
-    pub(in super::super) fn write_office(options: &OfficeOptions, dir: &Path) -> std::io::Result<Written> {
+    pub(in super::super) fn generate_office(
+        options: &OfficeOptions,
+        dir: &Path,
+    ) -> std::io::Result<OfficeSummary> {
         std::fs::write(dir.join("scene.toml"), "mesh = \"office.obj\"\n")?;
         std::fs::write(dir.join("office.obj"), "")?;
-        Ok(Written { triangles: u64::from(options.floors * options.rooms) })
+        Ok(OfficeSummary { triangles: u64::from(options.floors * options.rooms) })
     }
 }
 
 pub(super) mod hierarchy {
     pub(in super::super) struct Hierarchy {
-        pub(in super::super) facets: u64,
-        pub(in super::super) clusters: u64,
+        pub(in super::super) facets: Vec<()>,
     }
     impl Hierarchy {
         pub(in super::super) fn build(scene: &crate::scene::Scene, one_sided: bool) -> Self {
-            Self { facets: 1, clusters: 1 }
+            Self { facets: vec![()] }
+        }
+        pub(in super::super) fn cluster_count(&self) -> usize {
+            1
         }
     }
 }
@@ -124,7 +145,7 @@ pub(super) mod tracer {
         hierarchy: &Hierarchy,
         library: Option<&Path>,
     ) -> Result<(Box<dyn Tracer>, String), String> {
-        Err(format!("not joined yet; {library:?}"))
+        Err(format!("not joined yet; {}", library.unwrap_or(Path::new("nothing")).display()))
     }
     pub(in super::super) struct Diagnosis {
         pub(in super::super) library: Option<PathBuf>,
@@ -147,12 +168,8 @@ pub(super) mod tracer {
     }
 }
 
-pub(super) mod radiosity {
-    use super::hierarchy::Hierarchy;
-    use crate::progress::Progress;
-    use crate::report::stats::{EnergyStats, LinkStats, VisibilityStats};
-    use crate::tracer::Tracer;
-
+pub(super) mod visibility {
+    #[derive(Clone, Copy)]
     pub(in super::super) enum Strategy {
         All,
         Root,
@@ -160,6 +177,27 @@ pub(super) mod radiosity {
         Adaptive,
         Sampled,
     }
+
+    impl Strategy {
+        pub(in super::super) fn name(self) -> &'static str {
+            match self {
+                Strategy::All => "all",
+                Strategy::Root => "root",
+                Strategy::Shaft => "shaft",
+                Strategy::Adaptive => "adaptive",
+                Strategy::Sampled => "sampled",
+            }
+        }
+    }
+}
+
+pub(super) mod radiosity {
+    use super::hierarchy::Hierarchy;
+    use super::visibility::Strategy;
+    use crate::progress::Progress;
+    use crate::report::stats::{EnergyStats, LinkStats, VisibilityStats};
+    use crate::tracer::Tracer;
+
     #[allow(dead_code)]
     pub(in super::super) struct SolveOptions {
         pub(in super::super) epsilon: f64,

@@ -9,7 +9,7 @@ use super::camera::choose_camera;
 use super::config::{RenderConfig, SolveConfig};
 use super::console;
 use super::errors::CliError;
-use super::pending::{hierarchy, image, radiosity, scene, tracer};
+use super::pending::{hierarchy, image, radiosity, scene, tracer, visibility};
 use crate::image::picture::Picture;
 use crate::image::tone::Exposure;
 use crate::image::write::{PictureFormat, check_destination, check_output, write_picture};
@@ -132,14 +132,18 @@ fn solve_options(config: &SolveConfig, scene: &crate::scene::Scene) -> radiosity
         min_size: config.min_size.in_scene_units(scene_diagonal(scene)),
         rays: config.rays,
         iterations: config.iterations,
-        strategy: match config.strategy {
-            VisibilityArg::All => radiosity::Strategy::All,
-            VisibilityArg::Root => radiosity::Strategy::Root,
-            VisibilityArg::Shaft => radiosity::Strategy::Shaft,
-            VisibilityArg::Adaptive => radiosity::Strategy::Adaptive,
-            VisibilityArg::Sampled => radiosity::Strategy::Sampled,
-        },
+        strategy: strategy(config),
         certify: config.certify,
+    }
+}
+
+fn strategy(config: &SolveConfig) -> visibility::Strategy {
+    match config.strategy {
+        VisibilityArg::All => visibility::Strategy::All,
+        VisibilityArg::Root => visibility::Strategy::Root,
+        VisibilityArg::Shaft => visibility::Strategy::Shaft,
+        VisibilityArg::Adaptive => visibility::Strategy::Adaptive,
+        VisibilityArg::Sampled => visibility::Strategy::Sampled,
     }
 }
 
@@ -159,20 +163,13 @@ fn fill_stats(
     hierarchy: &hierarchy::Hierarchy,
     solution: &radiosity::Solution,
 ) {
-    stats.strategy = match config.solve.strategy {
-        VisibilityArg::All => "all",
-        VisibilityArg::Root => "root",
-        VisibilityArg::Shaft => "shaft",
-        VisibilityArg::Adaptive => "adaptive",
-        VisibilityArg::Sampled => "sampled",
-    }
-    .to_owned();
+    stats.strategy = strategy(&config.solve).name().to_owned();
     stats.scene.triangles_initial = scene.counts.triangles_initial;
     stats.scene.dropped_degenerate = scene.counts.dropped_degenerate;
     stats.scene.dropped_duplicate = scene.counts.dropped_duplicate;
     stats.scene.materials = scene.materials.len() as u64;
-    stats.scene.facets = hierarchy.facets;
-    stats.scene.clusters = hierarchy.clusters;
+    stats.scene.facets = hierarchy.facets.len() as u64;
+    stats.scene.clusters = hierarchy.cluster_count() as u64;
     stats.scene.patches = solution.patches;
     stats.scene.elements = solution.elements;
     stats.scene.triangles_final = solution.triangles_final;
@@ -189,12 +186,12 @@ fn fill_stats(
 }
 
 /// What a scene error means for the caller.
-pub(super) fn scene_failure(error: scene::SceneError) -> CliError {
+fn scene_failure(error: scene::SceneError) -> CliError {
     let message = error.to_string();
-    match error {
-        scene::SceneError::Unreadable(_) => CliError::Unreadable(message),
-        scene::SceneError::Malformed(_) => CliError::Malformed(message),
-        scene::SceneError::Invalid(_) => CliError::InvalidScene(message),
+    match error.kind() {
+        scene::SceneErrorKind::Io => CliError::Unreadable(message),
+        scene::SceneErrorKind::Parse => CliError::Malformed(message),
+        scene::SceneErrorKind::Invalid => CliError::InvalidScene(message),
     }
 }
 
