@@ -68,6 +68,9 @@ pub(super) mod scene {
             if point("eye") == point("target") {
                 return Err(SceneError::Invalid(at("camera: eye = target".to_owned())));
             }
+            if camera.get("width").is_some_and(|w| number(w) < 1.0) {
+                return Err(SceneError::Invalid(at("camera: width is 0".to_owned())));
+            }
             cameras.push(Camera {
                 name: camera.get("name").and_then(|n| n.as_str()).unwrap_or("camera").to_owned(),
                 eye: point("eye"),

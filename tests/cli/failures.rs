@@ -73,6 +73,13 @@ fn a_camera_that_looks_at_itself_is_code_5() {
 }
 
 #[test]
+fn a_camera_without_pixels_is_code_5() {
+    let folder = Folder::with_scene();
+    folder.write("scene.toml", SCENE.replace("width = 64", "width = 0"));
+    fails(&folder, "scene.toml", 5, &["width"]);
+}
+
+#[test]
 fn an_output_in_a_missing_folder_is_code_6() {
     let folder = Folder::with_scene();
     let run = folder.run(&["render", "scene.toml", "-o", "no/such/a.png"]);
