@@ -5,8 +5,11 @@
 //! Data flows one way through the rooms below; a room uses only the rooms above it:
 //!
 //! ```text
-//! math → scene → hierarchy → shaft → tracer → visibility → radiosity → image → export → report → cli
+//! progress → math → scene → hierarchy → shaft → tracer → visibility → radiosity → image → export
+//!     → report → cli
 //! ```
+
+pub mod progress;
 
 pub mod cli;
 pub mod export;

@@ -1,1 +1,7 @@
-fn main() {}
+//! The `lightshaft` command; everything happens in [`lightshaft::cli`].
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    lightshaft::cli::main()
+}

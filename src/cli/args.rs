@@ -1,0 +1,253 @@
+//! The arguments as typed. Every number is checked for its range here; what depends on several of
+//! them, or on files, in [`super::config`].
+
+use std::path::PathBuf;
+
+use clap::builder::{RangedU64ValueParser, TypedValueParser};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use super::errors::exit_codes_help;
+
+/// Diffuse global illumination by hierarchical radiosity: solves a scene once and renders views of it.
+#[derive(Debug, Parser)]
+#[command(version, after_help = exit_codes_help(), arg_required_else_help = true)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    pub(super) verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Verb {
+    /// Solve a scene and render a picture of it
+    #[command(after_help = exit_codes_help())]
+    Render(Box<RenderArgs>),
+    /// Say which Embree is used, where it is and whether it works
+    ///
+    /// The exit code is 7 when Embree is not usable; rendering then uses the pure-Rust tracer.
+    #[command(after_help = exit_codes_help())]
+    Doctor(DoctorArgs),
+    /// Write a scene made by rule
+    #[command(after_help = exit_codes_help(), arg_required_else_help = true)]
+    Generate(GenerateArgs),
+}
+
+#[derive(Debug, Args)]
+pub(super) struct RenderArgs {
+    /// Scene description (.toml) or a bare mesh (.obj)
+    #[arg(value_name = "SCENE")]
+    pub(super) scene: PathBuf,
+    /// Picture to write: .png (tone-mapped) or .exr (linear radiance)
+    #[arg(short, long, value_name = "FILE")]
+    pub(super) output: PathBuf,
+
+    /// Camera of the scene [default: the first]
+    #[arg(long, value_name = "NAME", help_heading = "View")]
+    pub(super) camera: Option<String>,
+    /// Width in pixels; alone, the height follows the camera's proportions
+    #[arg(long, value_name = "PIXELS", help_heading = "View", value_parser = whole(1, MAX_PIXELS), allow_negative_numbers = true)]
+    pub(super) width: Option<u32>,
+    /// Height in pixels; alone, the width follows the camera's proportions
+    #[arg(long, value_name = "PIXELS", help_heading = "View", value_parser = whole(1, MAX_PIXELS), allow_negative_numbers = true)]
+    pub(super) height: Option<u32>,
+    /// Samples per pixel, 1 to 1024, against jagged edges [default: by --quality]
+    #[arg(long, value_name = "N", help_heading = "View", value_parser = whole(1, 1024), allow_negative_numbers = true)]
+    pub(super) samples: Option<u32>,
+    /// Multiplier on linear radiance before tone mapping [default: chosen from the picture]
+    #[arg(long, value_name = "X", help_heading = "View", value_parser = positive, allow_negative_numbers = true)]
+    pub(super) exposure: Option<f64>,
+    /// What the picture shows
+    #[arg(long, value_name = "KIND", help_heading = "View", value_enum, default_value_t = ViewArg::Shaded)]
+    pub(super) view: ViewArg,
+
+    /// Sets --epsilon, --min-size, --rays, --iterations and --samples together
+    #[arg(long, value_name = "LEVEL", help_heading = "Solution", value_enum, default_value_t = QualityArg::Normal)]
+    pub(super) quality: QualityArg,
+    /// Refinement threshold, as a fraction of the emitted power, in (0, 1] [default: by --quality]
+    #[arg(long, value_name = "X", help_heading = "Solution", value_parser = fraction, allow_negative_numbers = true)]
+    pub(super) epsilon: Option<f64>,
+    /// Smallest size of an element in scene units [default: by --quality, from the scene's size]
+    #[arg(long, value_name = "LENGTH", help_heading = "Solution", value_parser = positive, allow_negative_numbers = true)]
+    pub(super) min_size: Option<f64>,
+    /// Most visibility rays for a pair of nodes, 1 to 1024 [default: by --quality]
+    #[arg(long, value_name = "N", help_heading = "Solution", value_parser = whole(1, 1024), allow_negative_numbers = true)]
+    pub(super) rays: Option<u32>,
+    /// Most iterations of gathering, 1 to 10000 [default: by --quality]
+    #[arg(long, value_name = "N", help_heading = "Solution", value_parser = whole(1, 10_000), allow_negative_numbers = true)]
+    pub(super) iterations: Option<u32>,
+    /// How visibility between two nodes is decided
+    #[arg(long, value_name = "STRATEGY", help_heading = "Solution", value_enum, default_value_t = VisibilityArg::Adaptive)]
+    pub(super) visibility: VisibilityArg,
+    /// Let parts inherit visibility only when it is proved, never when it was sampled
+    #[arg(long, help_heading = "Solution")]
+    pub(super) certify: bool,
+    /// Surfaces reflect from their front (counter-clockwise) side only; for closed models
+    #[arg(long, help_heading = "Solution")]
+    pub(super) one_sided: bool,
+
+    /// What casts the rays
+    #[arg(long, value_name = "TRACER", help_heading = "Machine", value_enum, default_value_t = TracerArg::Auto)]
+    pub(super) tracer: TracerArg,
+    /// The Embree library to use
+    #[arg(long, value_name = "PATH", help_heading = "Machine")]
+    pub(super) embree_lib: Option<PathBuf>,
+    /// Worker threads, 1 to 1024 [default: all cores]
+    #[arg(long, value_name = "N", help_heading = "Machine", value_parser = whole(1, 1024), allow_negative_numbers = true)]
+    pub(super) threads: Option<u32>,
+
+    /// Write the statistics of the run as JSON
+    #[arg(long, value_name = "FILE", help_heading = "Report")]
+    pub(super) stats: Option<PathBuf>,
+    /// Print nothing but errors
+    #[arg(short, long, help_heading = "Report")]
+    pub(super) quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct DoctorArgs {
+    /// The Embree library to examine, instead of the one that would be found
+    #[arg(long, value_name = "PATH")]
+    pub(super) embree_lib: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct GenerateArgs {
+    #[command(subcommand)]
+    pub(super) what: GenerateWhat,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum GenerateWhat {
+    /// An office building with desks, chairs, lamps and corridors
+    Office(OfficeArgs),
+}
+
+#[derive(Debug, Args)]
+pub(super) struct OfficeArgs {
+    /// Floors of the building, 1 to 1000
+    #[arg(long, value_name = "F", value_parser = whole(1, 1000), allow_negative_numbers = true)]
+    pub(super) floors: u32,
+    /// Rooms on each floor, 1 to 1000
+    #[arg(long, value_name = "R", value_parser = whole(1, 1000), allow_negative_numbers = true)]
+    pub(super) rooms: u32,
+    /// Folder for scene.toml and its mesh; created when missing
+    #[arg(short, long, value_name = "DIR")]
+    pub(super) output: PathBuf,
+    /// Replace files in a folder that is not empty
+    #[arg(long)]
+    pub(super) force: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum ViewArg {
+    /// The lit scene
+    Shaded,
+    /// Element edges, coloured by the visibility classes of the links
+    Mesh,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum QualityArg {
+    Draft,
+    Normal,
+    High,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum VisibilityArg {
+    /// Test every facet one by one (slow; for comparison)
+    All,
+    /// Let each ray traverse the whole hierarchy
+    Root,
+    /// Cull the occluders by a shaft first, then cast rays against what is left
+    Shaft,
+    /// A few rays first, proofs only where parts will inherit them
+    Adaptive,
+    /// A sampled fraction for every link, no proofs (classic radiosity)
+    Sampled,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum TracerArg {
+    /// Embree if usable, the fallback otherwise
+    Auto,
+    /// Embree, or fail
+    Embree,
+    /// The pure-Rust tracer
+    Fallback,
+}
+
+/// The largest side of a picture, pixels.
+pub(super) const MAX_PIXELS: u32 = 16_384;
+
+fn whole(from: u32, to: u32) -> impl TypedValueParser<Value = u32> {
+    RangedU64ValueParser::<u32>::new().range(u64::from(from)..=u64::from(to))
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(number) if number.is_finite() && number > 0.0 => Ok(number),
+        Ok(_) => Err("must be a finite number above 0".into()),
+        Err(_) => Err("not a number".into()),
+    }
+}
+
+fn fraction(text: &str) -> Result<f64, String> {
+    match positive(text)? {
+        number if number <= 1.0 => Ok(number),
+        _ => Err("must be above 0 and at most 1".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_grammar_is_sound() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn numbers_that_make_no_sense_are_refused_by_name() {
+        let cases = [
+            ("--rays", "0"),
+            ("--rays", "1025"),
+            ("--rays", "4.5"),
+            ("--rays", "-4"),
+            ("--width", "0"),
+            ("--width", "16385"),
+            ("--height", "99999999999"),
+            ("--epsilon", "nan"),
+            ("--epsilon", "inf"),
+            ("--epsilon", "0"),
+            ("--epsilon", "-1"),
+            ("--epsilon", "1.5"),
+            ("--min-size", "0"),
+            ("--min-size", "1e999"),
+            ("--exposure", "-2"),
+            ("--exposure", "bright"),
+            ("--iterations", "0"),
+            ("--samples", "0"),
+            ("--samples", "2000"),
+            ("--threads", "0"),
+        ];
+        for (option, value) in cases {
+            let typed = ["lightshaft", "render", "a.toml", "-o", "a.png", option, value];
+            let error =
+                Arguments::try_parse_from(typed).expect_err(&format!("{option} {value} was accepted"));
+            let text = error.to_string();
+            let first = text.lines().next().unwrap_or_default();
+            assert!(first.contains(option) && first.contains(value), "{option} {value}: {first}");
+        }
+    }
+
+    #[test]
+    fn the_ends_of_the_ranges_are_accepted() {
+        for (option, value) in [("--rays", "1"), ("--rays", "1024"), ("--epsilon", "1"), ("--width", "16384")]
+        {
+            let typed = ["lightshaft", "render", "a.toml", "-o", "a.png", option, value];
+            assert!(Arguments::try_parse_from(typed).is_ok(), "{option} {value}");
+        }
+    }
+}

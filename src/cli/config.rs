@@ -1,0 +1,232 @@
+//! The checked configuration of a render: every option has its value, and the options fit each other.
+
+use std::path::{Path, PathBuf};
+
+use super::args::{QualityArg, RenderArgs, TracerArg, ViewArg, VisibilityArg};
+use super::errors::CliError;
+use crate::image::tone::Exposure;
+use crate::image::write::PictureFormat;
+
+/// Everything a render needs to know.
+#[derive(Clone, Debug)]
+pub(super) struct RenderConfig {
+    pub(super) scene: PathBuf,
+    pub(super) output: PathBuf,
+    pub(super) format: PictureFormat,
+    pub(super) stats: Option<PathBuf>,
+    pub(super) view: ViewConfig,
+    pub(super) solve: SolveConfig,
+    pub(super) tracer: TracerArg,
+    pub(super) embree_lib: Option<PathBuf>,
+    /// Worker threads; all cores when absent.
+    pub(super) threads: Option<u32>,
+    pub(super) quiet: bool,
+}
+
+/// What is seen, and how.
+#[derive(Clone, Debug)]
+pub(super) struct ViewConfig {
+    /// The first camera when absent.
+    pub(super) camera: Option<String>,
+    pub(super) width: Option<u32>,
+    pub(super) height: Option<u32>,
+    /// Samples per pixel.
+    pub(super) samples: u32,
+    pub(super) exposure: Exposure,
+    pub(super) kind: ViewArg,
+}
+
+/// How the solution is computed.
+#[derive(Clone, Debug)]
+pub(super) struct SolveConfig {
+    /// Refinement threshold, as a fraction of the emitted power.
+    pub(super) epsilon: f64,
+    pub(super) min_size: MinSize,
+    /// Most rays for a pair.
+    pub(super) rays: u32,
+    /// Most iterations.
+    pub(super) iterations: u32,
+    pub(super) strategy: VisibilityArg,
+    pub(super) certify: bool,
+    pub(super) one_sided: bool,
+}
+
+/// The smallest size of an element.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum MinSize {
+    /// In scene units, as typed.
+    SceneUnits(f64),
+    /// As a fraction of the diagonal of the scene's bounding box.
+    OfDiagonal(f64),
+}
+
+impl MinSize {
+    /// The size in scene units, for a scene of this diagonal.
+    pub(super) fn in_scene_units(self, diagonal: f64) -> f64 {
+        match self {
+            MinSize::SceneUnits(length) => length,
+            MinSize::OfDiagonal(fraction) => fraction * diagonal,
+        }
+    }
+}
+
+/// What `--quality` stands for; each value can be overridden by its own option.
+struct Preset {
+    epsilon: f64,
+    min_size_of_diagonal: f64,
+    rays: u32,
+    iterations: u32,
+    samples: u32,
+}
+
+impl Preset {
+    const fn of(quality: QualityArg) -> Self {
+        let (epsilon, min_size_of_diagonal, rays, iterations, samples) = match quality {
+            QualityArg::Draft => (1e-4, 1.0 / 128.0, 4, 50, 4),
+            QualityArg::Normal => (1e-5, 1.0 / 512.0, 16, 100, 16),
+            QualityArg::High => (1e-6, 1.0 / 2048.0, 32, 200, 36),
+        };
+        Self { epsilon, min_size_of_diagonal, rays, iterations, samples }
+    }
+}
+
+impl RenderConfig {
+    /// Fills in the defaults and checks what depends on several options.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`] when options contradict each other, [`CliError::Output`] when the
+    /// extension of the output names no format. No file is touched.
+    pub(super) fn check(typed: RenderArgs) -> Result<Self, CliError> {
+        let format = PictureFormat::of(&typed.output)?;
+        if typed.certify && typed.visibility == VisibilityArg::Sampled {
+            return usage("--certify needs proofs, and --visibility sampled makes none");
+        }
+        if typed.embree_lib.is_some() && typed.tracer == TracerArg::Fallback {
+            return usage("--embree-lib has no use with --tracer fallback");
+        }
+        if format == PictureFormat::Exr && typed.exposure.is_some() {
+            return usage("--exposure has no use with .exr, which holds radiance as it is");
+        }
+        let files = [Some(&typed.scene), Some(&typed.output), typed.stats.as_ref()];
+        let files: Vec<&PathBuf> = files.into_iter().flatten().collect();
+        for (index, file) in files.iter().enumerate() {
+            if files[..index].iter().any(|other| is_same_file(file, other)) {
+                return usage(&format!("{} is named twice, for two different files", file.display()));
+            }
+        }
+        let preset = Preset::of(typed.quality);
+        Ok(Self {
+            scene: typed.scene,
+            output: typed.output,
+            format,
+            stats: typed.stats,
+            view: ViewConfig {
+                camera: typed.camera,
+                width: typed.width,
+                height: typed.height,
+                samples: typed.samples.unwrap_or(preset.samples),
+                exposure: checked_exposure(typed.exposure)?,
+                kind: typed.view,
+            },
+            solve: SolveConfig {
+                epsilon: typed.epsilon.unwrap_or(preset.epsilon),
+                min_size: match typed.min_size {
+                    Some(length) => MinSize::SceneUnits(length),
+                    None => MinSize::OfDiagonal(preset.min_size_of_diagonal),
+                },
+                rays: typed.rays.unwrap_or(preset.rays),
+                iterations: typed.iterations.unwrap_or(preset.iterations),
+                strategy: typed.visibility,
+                certify: typed.certify,
+                one_sided: typed.one_sided,
+            },
+            tracer: typed.tracer,
+            embree_lib: typed.embree_lib,
+            threads: typed.threads,
+            quiet: typed.quiet,
+        })
+    }
+}
+
+fn usage<T>(message: &str) -> Result<T, CliError> {
+    Err(CliError::Usage(message.to_owned()))
+}
+
+/// The exposure in the precision of the picture, where it must still be a positive number.
+fn checked_exposure(typed: Option<f64>) -> Result<Exposure, CliError> {
+    match typed.map(|multiplier| multiplier as f32) {
+        None => Ok(Exposure::Automatic),
+        Some(multiplier) if multiplier.is_normal() => Ok(Exposure::Fixed(multiplier)),
+        Some(_) => usage("--exposure must lie between 1e-37 and 1e38"),
+    }
+}
+
+/// Whether two paths name one file, as far as can be told; a file that does not exist yet is
+/// compared by its folder and name.
+fn is_same_file(a: &Path, b: &Path) -> bool {
+    let canonical = |path: &Path| {
+        path.canonicalize().ok().or_else(|| {
+            let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+            Some(folder.canonicalize().ok()?.join(path.file_name()?))
+        })
+    };
+    a == b || matches!((canonical(a), canonical(b)), (Some(a), Some(b)) if a == b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::args::{Arguments, Verb};
+    use super::*;
+    use clap::Parser;
+
+    fn check(options: &[&str]) -> Result<RenderConfig, CliError> {
+        let typed = ["lightshaft", "render", "a.toml", "-o"].iter().chain(options);
+        match Arguments::try_parse_from(typed).expect("the grammar accepts this").verb {
+            Verb::Render(typed) => RenderConfig::check(*typed),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn quality_sets_what_is_not_set_by_hand() {
+        let draft = check(&["a.png", "--quality", "draft"]).expect("valid");
+        let normal = check(&["a.png"]).expect("valid");
+        let mixed = check(&["a.png", "--quality", "draft", "--rays", "9"]).expect("valid");
+        assert!(draft.solve.epsilon > normal.solve.epsilon && draft.solve.rays < normal.solve.rays);
+        assert!(draft.view.samples < normal.view.samples);
+        assert_eq!((mixed.solve.rays, mixed.solve.epsilon), (9, draft.solve.epsilon));
+        assert_eq!(normal.solve.strategy, VisibilityArg::Adaptive);
+    }
+
+    #[test]
+    fn min_size_is_typed_in_scene_units_and_preset_by_the_scenes_size() {
+        let typed = check(&["a.png", "--min-size", "0.25"]).expect("valid").solve.min_size;
+        let preset = check(&["a.png"]).expect("valid").solve.min_size;
+        assert_eq!((typed.in_scene_units(10.0), typed.in_scene_units(1.0)), (0.25, 0.25));
+        assert_eq!(preset.in_scene_units(20.0), 2.0 * preset.in_scene_units(10.0));
+    }
+
+    #[test]
+    fn options_that_contradict_each_other_are_refused() {
+        for (options, word) in [
+            (&["a.png", "--certify", "--visibility", "sampled"][..], "--certify"),
+            (&["a.png", "--tracer", "fallback", "--embree-lib", "x.so"], "--embree-lib"),
+            (&["a.exr", "--exposure", "2"], "--exposure"),
+            (&["a.png", "--exposure", "1e300"], "--exposure"),
+            (&["a.png", "--stats", "a.png"], "a.png"),
+            (&["a.png", "--stats", "./a.png"], "a.png"),
+            (&["a.png", "--stats", "a.toml"], "a.toml"),
+        ] {
+            match check(options) {
+                Err(CliError::Usage(message)) => assert!(message.contains(word), "{message}"),
+                other => panic!("{options:?} gave {other:?}"),
+            }
+        }
+    }
+
+    #[test]
+    fn an_unknown_extension_is_an_output_error() {
+        assert!(matches!(check(&["a.jpg"]), Err(CliError::Output(_))));
+        assert_eq!(check(&["a.EXR"]).expect("valid").format, PictureFormat::Exr);
+    }
+}

@@ -1,0 +1,42 @@
+//! Lines for people. Nothing here panics when the other end of a pipe is gone.
+
+use std::io::{self, Write};
+
+/// Writes `error: …` on standard error, as one line whatever `message` holds.
+pub(super) fn error(message: &str) {
+    let _ = writeln!(io::stderr(), "error: {}", one_line(message));
+}
+
+/// Writes `warning: …` on standard error, as one line.
+pub(super) fn warning(message: &str) {
+    let _ = writeln!(io::stderr(), "warning: {}", one_line(message));
+}
+
+/// Writes `text` on standard error as it is.
+pub(super) fn note(text: &str) {
+    let _ = io::stderr().write_all(text.as_bytes());
+}
+
+/// Writes `text` on standard output as it is. A reader that has left is no error.
+pub(super) fn answer(text: &str) {
+    let mut out = io::stdout().lock();
+    let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+}
+
+/// Joins the lines of a message, and blanks control characters that a file may have smuggled in.
+fn one_line(message: &str) -> String {
+    let lines = message.lines().map(str::trim).filter(|line| !line.is_empty());
+    let joined = lines.collect::<Vec<_>>().join(" ");
+    joined.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_message_is_one_line_without_control_characters() {
+        assert_eq!(one_line("a: bad\n   |\n 2 | x\r\n\n"), "a: bad | 2 | x");
+        assert_eq!(one_line("red \u{1b}[31mtext\u{7}"), "red  [31mtext ");
+    }
+}

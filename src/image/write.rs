@@ -1,0 +1,285 @@
+//! Pictures as files: PNG for the screen, EXR for further work, written whole or not at all.
+
+use std::io::{self, BufWriter, Seek, Write};
+use std::path::{Path, PathBuf};
+
+use image::codecs::{openexr::OpenExrEncoder, png::PngEncoder};
+use image::{ExtendedColorType, ImageEncoder};
+
+use super::picture::Picture;
+use super::tone;
+
+/// Why a file cannot be written.
+#[derive(Debug, thiserror::Error)]
+pub enum OutputError {
+    /// The extension names no format we write.
+    #[error("{}: unknown picture format; the name must end in .png or .exr", path.display())]
+    UnknownFormat {
+        /// The output as given.
+        path: PathBuf,
+    },
+    /// The folder the file should go to does not exist.
+    #[error("{}: the folder {} does not exist", path.display(), folder.display())]
+    NoFolder {
+        /// The output as given.
+        path: PathBuf,
+        /// Its folder.
+        folder: PathBuf,
+    },
+    /// A folder, a device or the like stands where the file should be.
+    #[error("{}: exists and is not a regular file", path.display())]
+    NotAFile {
+        /// The output as given.
+        path: PathBuf,
+    },
+    /// The file exists and is read-only.
+    #[error("{}: exists and is read-only", path.display())]
+    ReadOnly {
+        /// The output as given.
+        path: PathBuf,
+    },
+    /// The system refused.
+    #[error("{}: cannot write: {source}", path.display())]
+    Io {
+        /// The output as given.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The encoder refused.
+    #[error("{}: cannot encode the picture: {message}", path.display())]
+    Encode {
+        /// The output as given.
+        path: PathBuf,
+        /// What the encoder said.
+        message: String,
+    },
+}
+
+/// A file format for pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PictureFormat {
+    /// 8 bits a channel, sRGB, tone-mapped.
+    Png,
+    /// 32-bit float a channel, linear radiance in W/(m²·sr), not exposed and not tone-mapped.
+    Exr,
+}
+
+impl PictureFormat {
+    /// The format that the extension of `path` names, in upper or lower case.
+    ///
+    /// # Errors
+    /// [`OutputError::UnknownFormat`] for any other extension or none.
+    pub fn of(path: &Path) -> Result<Self, OutputError> {
+        match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
+            Some("png") => Ok(Self::Png),
+            Some("exr") => Ok(Self::Exr),
+            _ => Err(OutputError::UnknownFormat { path: path.to_owned() }),
+        }
+    }
+}
+
+/// Checks, before a long run, that a picture can be written to `path`; leaves nothing behind.
+///
+/// # Errors
+/// When the extension is unknown or [`check_destination`] fails.
+pub fn check_output(path: &Path) -> Result<PictureFormat, OutputError> {
+    let format = PictureFormat::of(path)?;
+    check_destination(path)?;
+    Ok(format)
+}
+
+/// Checks that a file can be created or replaced at `path`; leaves nothing behind.
+///
+/// # Errors
+/// When the folder is missing or not writable, or something other than a writable regular file
+/// stands there.
+pub fn check_destination(path: &Path) -> Result<(), OutputError> {
+    match path.metadata() {
+        Ok(found) if !found.is_file() => return Err(OutputError::NotAFile { path: path.to_owned() }),
+        Ok(found) if found.permissions().readonly() => {
+            return Err(OutputError::ReadOnly { path: path.to_owned() });
+        }
+        _ => {}
+    }
+    if path.file_name().is_none() {
+        return Err(OutputError::NotAFile { path: path.to_owned() });
+    }
+    create_beside(path).map(drop)
+}
+
+/// Writes `picture` to `path` in the format its extension names, replacing what is there.
+///
+/// `exposure` multiplies linear radiance before the tone curve of a PNG; an EXR ignores it.
+///
+/// # Errors
+/// As [`check_output`], and when the disk is full or the encoder refuses; then `path` is as before.
+pub fn write_picture(path: &Path, picture: &Picture, exposure: f32) -> Result<(), OutputError> {
+    debug_assert!(picture.is_consistent());
+    let format = PictureFormat::of(path)?;
+    let (width, height) = (picture.width, picture.height);
+    write_atomically(path, |file| match format {
+        PictureFormat::Png => PngEncoder::new(file).write_image(
+            &tone::srgb_bytes(picture, exposure),
+            width,
+            height,
+            ExtendedColorType::Rgb8,
+        ),
+        PictureFormat::Exr => {
+            let bytes: Vec<u8> = picture.pixels.iter().flatten().flat_map(|c| c.to_ne_bytes()).collect();
+            OpenExrEncoder::new(file).write_image(&bytes, width, height, ExtendedColorType::Rgb32F)
+        }
+    })
+}
+
+/// What [`write_atomically`] writes to: buffered, and with a position.
+pub trait Sink: Write + Seek {}
+impl<T: Write + Seek> Sink for T {}
+
+/// Lets `fill` write a temporary file beside `path`, then moves it there in one step.
+///
+/// # Errors
+/// When the folder is missing or not writable, the disk is full or `fill` fails; then the temporary
+/// file is removed and `path` is as before.
+pub fn write_atomically<E: Into<FillError>>(
+    path: &Path,
+    fill: impl FnOnce(&mut dyn Sink) -> Result<(), E>,
+) -> Result<(), OutputError> {
+    let io = |source| OutputError::Io { path: path.to_owned(), source };
+    let mut file = create_beside(path)?;
+    let mut writer = BufWriter::new(file.as_file_mut());
+    fill(&mut writer).map_err(|error| match error.into() {
+        FillError::Io(source) => io(source),
+        FillError::Encode(message) => OutputError::Encode { path: path.to_owned(), message },
+    })?;
+    writer.flush().map_err(io)?;
+    drop(writer);
+    file.as_file().sync_all().map_err(io)?;
+    file.persist(path).map(drop).map_err(|error| io(error.error))
+}
+
+/// Why filling a file failed.
+#[derive(Debug)]
+pub enum FillError {
+    /// The system refused.
+    Io(io::Error),
+    /// The content cannot be encoded.
+    Encode(String),
+}
+
+impl From<io::Error> for FillError {
+    fn from(error: io::Error) -> Self {
+        Self::Io(error)
+    }
+}
+
+impl From<image::ImageError> for FillError {
+    fn from(error: image::ImageError) -> Self {
+        match error {
+            image::ImageError::IoError(source) => Self::Io(source),
+            other => Self::Encode(other.to_string()),
+        }
+    }
+}
+
+fn create_beside(path: &Path) -> Result<tempfile::NamedTempFile, OutputError> {
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    if !folder.is_dir() {
+        return Err(OutputError::NoFolder { path: path.to_owned(), folder: folder.to_owned() });
+    }
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".lightshaft-").suffix(".tmp");
+    // The usual rights of a new file, less the umask, instead of the private ones of a temporary.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.tempfile_in(folder).map_err(|source| OutputError::Io { path: path.to_owned(), source })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn gradient() -> Picture {
+        let pixels = (0..12).map(|i| [i as f32 * 0.5, 0.25, 3.0]).collect();
+        Picture { width: 4, height: 3, pixels }
+    }
+
+    fn names(folder: &Path) -> Vec<String> {
+        let mut names: Vec<String> = std::fs::read_dir(folder)
+            .expect("test folder")
+            .map(|entry| entry.expect("entry").file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn exr_keeps_every_bit_and_the_top_row_first() {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let path = folder.path().join("out.exr");
+        let picture = gradient();
+        write_picture(&path, &picture, 100.0).expect("written");
+        let read = image::open(&path).expect("readable").into_rgb32f();
+        assert_eq!((read.width(), read.height()), (4, 3));
+        for (index, pixel) in picture.pixels.iter().enumerate() {
+            assert_eq!(read.get_pixel(index as u32 % 4, index as u32 / 4).0, *pixel);
+        }
+    }
+
+    #[test]
+    fn png_holds_the_tone_mapped_bytes() {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let path = folder.path().join("OUT.PNG");
+        write_picture(&path, &gradient(), 0.3).expect("written");
+        let read = image::open(&path).expect("readable").into_rgb8();
+        assert_eq!(read.into_raw(), tone::srgb_bytes(&gradient(), 0.3));
+        assert_eq!(names(folder.path()), ["OUT.PNG"]);
+    }
+
+    #[test]
+    fn a_failed_write_leaves_the_old_file_and_no_temporary() {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let path = folder.path().join("out.png");
+        std::fs::write(&path, "old").expect("written");
+        let result = write_atomically(&path, |file| {
+            file.write_all(b"half")?;
+            Err(io::Error::other("disk full"))
+        });
+        assert!(matches!(result, Err(OutputError::Io { .. })), "{result:?}");
+        assert_eq!(std::fs::read(&path).expect("readable"), b"old");
+        assert_eq!(names(folder.path()), ["out.png"]);
+    }
+
+    #[test]
+    fn checks_name_what_is_wrong_and_leave_nothing() {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let at = |name: &str| folder.path().join(name);
+        assert!(matches!(check_output(&at("a.jpg")), Err(OutputError::UnknownFormat { .. })));
+        assert!(matches!(check_output(&at("png")), Err(OutputError::UnknownFormat { .. })));
+        assert!(matches!(check_output(&at("no/a.png")), Err(OutputError::NoFolder { .. })));
+        std::fs::create_dir(at("b.png")).expect("folder");
+        assert!(matches!(check_output(&at("b.png")), Err(OutputError::NotAFile { .. })));
+        std::fs::write(at("c.png"), "").expect("written");
+        let mut rights = at("c.png").metadata().expect("metadata").permissions();
+        rights.set_readonly(true);
+        std::fs::set_permissions(at("c.png"), rights).expect("rights");
+        assert!(matches!(check_output(&at("c.png")), Err(OutputError::ReadOnly { .. })));
+        assert!(matches!(check_output(&at("c.png/d.png")), Err(OutputError::NoFolder { .. })));
+        assert_eq!(check_output(&at("d.exr")).expect("free"), PictureFormat::Exr);
+        assert_eq!(names(folder.path()), ["b.png", "c.png"]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn others_may_read_the_picture_as_any_new_file() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().expect("temporary folder");
+        write_picture(&folder.path().join("a.png"), &gradient(), 1.0).expect("written");
+        std::fs::write(folder.path().join("b"), "").expect("written");
+        let mode = |name: &str| folder.path().join(name).metadata().expect("metadata").permissions().mode();
+        assert_eq!(mode("a.png"), mode("b"));
+    }
+}

@@ -1,0 +1,131 @@
+//! How far a long step has come, told to whoever watches. Steps report to a [`Progress`]; whether
+//! that draws a bar ([`TerminalProgress`]) or does nothing ([`Silent`]) is chosen once by the caller.
+
+use std::io::IsTerminal;
+use std::sync::{PoisonError, RwLock};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+/// Receives the progress of one phase after another; called from any thread.
+pub trait Progress: Sync {
+    /// A phase of `total` units of work begins; 0 when the amount is not known. Ends the one before.
+    fn start(&self, phase: &'static str, total: u64);
+    /// `done` more units are finished (not the sum so far).
+    fn advance(&self, done: u64);
+    /// The phase is over, whatever was reported.
+    fn finish(&self);
+}
+
+/// Reports nothing.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Silent;
+
+impl Progress for Silent {
+    fn start(&self, _phase: &'static str, _total: u64) {}
+    fn advance(&self, _done: u64) {}
+    fn finish(&self) {}
+}
+
+/// A bar with the remaining time on standard error, one phase at a time, removed when the phase
+/// ends. Draws nothing when standard error is not a terminal.
+#[derive(Debug)]
+pub struct TerminalProgress {
+    is_drawn: bool,
+    bar: RwLock<Option<ProgressBar>>,
+}
+
+impl TerminalProgress {
+    /// Looks once whether standard error is a terminal.
+    pub fn new() -> Self {
+        Self { is_drawn: std::io::stderr().is_terminal(), bar: RwLock::new(None) }
+    }
+
+    fn replace(&self, bar: Option<ProgressBar>) {
+        let mut slot = self.bar.write().unwrap_or_else(PoisonError::into_inner);
+        if let Some(old) = std::mem::replace(&mut *slot, bar) {
+            old.finish_and_clear();
+        }
+    }
+}
+
+impl Default for TerminalProgress {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Progress for TerminalProgress {
+    fn start(&self, phase: &'static str, total: u64) {
+        if !self.is_drawn {
+            return;
+        }
+        let length = (total > 0).then_some(total);
+        let bar = ProgressBar::with_draw_target(length, ProgressDrawTarget::stderr_with_hz(5));
+        bar.set_style(style(total > 0));
+        bar.set_message(phase);
+        self.replace(Some(bar));
+    }
+
+    fn advance(&self, done: u64) {
+        if let Some(bar) = &*self.bar.read().unwrap_or_else(PoisonError::into_inner) {
+            bar.inc(done);
+        }
+    }
+
+    fn finish(&self) {
+        self.replace(None);
+    }
+}
+
+impl Drop for TerminalProgress {
+    fn drop(&mut self) {
+        self.finish();
+    }
+}
+
+const KNOWN_TOTAL: &str = "{msg:>10} [{bar:30}] {percent:>3}%  {elapsed} elapsed, {eta} left";
+const UNKNOWN_TOTAL: &str = "{msg:>10} {spinner} {elapsed} elapsed";
+
+fn style(has_total: bool) -> ProgressStyle {
+    let template = if has_total { KNOWN_TOTAL } else { UNKNOWN_TOTAL };
+    // A template we cannot parse is our fault, and the default bar is still a bar.
+    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn templates_parse() {
+        for template in [KNOWN_TOTAL, UNKNOWN_TOTAL] {
+            assert!(ProgressStyle::with_template(template).is_ok(), "{template}");
+        }
+    }
+
+    #[test]
+    fn phases_may_overlap_and_be_advanced_from_threads() {
+        let progress = TerminalProgress { is_drawn: true, bar: RwLock::new(None) };
+        // A hidden bar in place of a drawn one: the test must not write on the terminal.
+        progress.replace(Some(ProgressBar::hidden()));
+        std::thread::scope(|scope| {
+            for _ in 0..4 {
+                scope.spawn(|| (0..100).for_each(|_| progress.advance(2)));
+            }
+        });
+        let position =
+            progress.bar.read().unwrap_or_else(PoisonError::into_inner).as_ref().map(ProgressBar::position);
+        assert_eq!(position, Some(800));
+        progress.finish();
+        progress.advance(1);
+        assert!(progress.bar.read().unwrap_or_else(PoisonError::into_inner).is_none());
+    }
+
+    #[test]
+    fn nothing_is_kept_when_not_a_terminal() {
+        let progress = TerminalProgress { is_drawn: false, bar: RwLock::new(None) };
+        progress.start("refine", 10);
+        progress.advance(3);
+        assert!(progress.bar.read().unwrap_or_else(PoisonError::into_inner).is_none());
+    }
+}

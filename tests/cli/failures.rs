@@ -1,0 +1,175 @@
+//! What cannot be rendered: one line of error, the exit code of its kind, and nothing left behind.
+
+use crate::run::{Folder, MESH, SCENE};
+
+/// Renders `scene` in `folder` and expects that the folder is as before.
+fn fails(folder: &Folder, scene: &str, code: i32, parts: &[&str]) {
+    let before = folder.names();
+    folder.run(&["render", scene, "-o", "out.png", "--stats", "out.json"]).expect_error(code, parts);
+    assert_eq!(folder.names(), before, "a failed run left something behind");
+}
+
+#[test]
+fn missing_scene_is_code_3() {
+    fails(&Folder::new(), "nowhere.toml", 3, &["nowhere.toml"]);
+    fails(&Folder::new(), "nowhere.obj", 3, &["nowhere.obj"]);
+}
+
+#[test]
+fn a_folder_as_scene_is_code_3() {
+    let folder = Folder::new();
+    std::fs::create_dir(folder.path("room.toml")).expect("a folder");
+    fails(&folder, "room.toml", 3, &["room.toml"]);
+}
+
+#[test]
+fn missing_mesh_of_a_scene_is_code_3_and_named() {
+    let folder = Folder::new();
+    folder.write("scene.toml", SCENE);
+    fails(&folder, "scene.toml", 3, &["corner.obj"]);
+}
+
+#[test]
+fn malformed_description_is_code_4_with_file_and_line() {
+    let folder = Folder::with_scene();
+    folder.write("scene.toml", "mesh = \"corner.obj\"\n\nmeters_per_unit = = 1\n");
+    fails(&folder, "scene.toml", 4, &["scene.toml", "3"]);
+}
+
+#[test]
+fn malformed_mesh_is_code_4() {
+    let folder = Folder::with_scene();
+    folder.write("bad.obj", MESH.replace("v 1 0 1", "v 1 x 1"));
+    fails(&folder, "bad.obj", 4, &["bad.obj"]);
+}
+
+#[test]
+fn binary_rubbish_is_code_4_on_one_line() {
+    let folder = Folder::new();
+    folder.write("bad.toml", [0xff, 0xfe, 0x00, 0x1b, 0x5b, 0x33, 0x31, 0x6d]);
+    fails(&folder, "bad.toml", 4, &["bad.toml"]);
+}
+
+#[test]
+fn a_mesh_without_triangles_is_code_5() {
+    let folder = Folder::new();
+    folder.write("empty.obj", "v 0 0 0\n");
+    fails(&folder, "empty.obj", 5, &["empty.obj"]);
+}
+
+#[test]
+fn a_scene_without_light_is_code_5() {
+    let folder = Folder::with_scene();
+    let dark = &SCENE[..SCENE.find("[[quad]]").expect("the lamp")];
+    folder.write("scene.toml", dark);
+    fails(&folder, "scene.toml", 5, &["emi"]);
+}
+
+#[test]
+fn a_camera_that_looks_at_itself_is_code_5() {
+    let folder = Folder::with_scene();
+    folder.write("scene.toml", SCENE.replace("target = [0, 0.8, 0]", "target = [0, 1, 4]"));
+    fails(&folder, "scene.toml", 5, &["eye"]);
+}
+
+#[test]
+fn a_camera_without_pixels_is_code_5() {
+    let folder = Folder::with_scene();
+    folder.write("scene.toml", SCENE.replace("width = 64", "width = 0"));
+    fails(&folder, "scene.toml", 5, &["width"]);
+}
+
+#[test]
+fn an_output_in_a_missing_folder_is_code_6() {
+    let folder = Folder::with_scene();
+    let run = folder.run(&["render", "scene.toml", "-o", "no/such/a.png"]);
+    run.expect_error(6, &["no/such"]);
+    assert_eq!(folder.names(), ["corner.obj", "scene.toml"]);
+}
+
+#[test]
+fn outputs_that_cannot_be_written_are_code_6_and_found_before_the_scene_is_read() {
+    let folder = Folder::new();
+    std::fs::create_dir(folder.path("taken.png")).expect("a folder");
+    folder.write("file", "");
+    let before = folder.names();
+    for (output, part) in [
+        ("taken.png", "taken.png"),
+        ("file/a.png", "file"),
+        ("a.jpg", ".png or .exr"),
+        ("a", ".png or .exr"),
+        ("no/a.exr", "no"),
+    ] {
+        // The scene does not exist either: that would be code 3.
+        folder.run(&["render", "scene.toml", "-o", output]).expect_error(6, &[part]);
+    }
+    folder
+        .run(&["render", "scene.toml", "-o", "a.png", "--stats", "no/stats.json"])
+        .expect_error(6, &["no/stats.json"]);
+    assert_eq!(folder.names(), before);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_output_where_nobody_may_write_is_code_6() {
+    Folder::with_scene()
+        .run(&["render", "scene.toml", "-o", "/proc/a.png"])
+        .expect_error(6, &["/proc/a.png"]);
+}
+
+#[test]
+fn a_read_only_picture_is_not_replaced() {
+    let folder = Folder::with_scene();
+    folder.write("a.png", "old");
+    let mut rights = folder.path("a.png").metadata().expect("metadata").permissions();
+    rights.set_readonly(true);
+    std::fs::set_permissions(folder.path("a.png"), rights).expect("rights");
+    folder.run(&["render", "scene.toml", "-o", "a.png"]).expect_error(6, &["a.png", "read-only"]);
+    assert_eq!(std::fs::read(folder.path("a.png")).expect("readable"), b"old");
+}
+
+#[test]
+fn an_old_picture_survives_a_failed_run() {
+    let folder = Folder::new();
+    folder.write("out.png", "old");
+    folder.write("scene.toml", "mesh = [");
+    folder.run(&["render", "scene.toml", "-o", "out.png"]).expect_error(4, &["scene.toml"]);
+    assert_eq!(std::fs::read(folder.path("out.png")).expect("readable"), b"old");
+    assert_eq!(folder.names(), ["out.png", "scene.toml"]);
+}
+
+#[test]
+fn embree_that_is_demanded_and_not_there_is_code_7() {
+    let folder = Folder::with_scene();
+    let run = folder.run(&[
+        "render",
+        "scene.toml",
+        "-o",
+        "a.png",
+        "--tracer",
+        "embree",
+        "--embree-lib",
+        "no-such-embree.so",
+    ]);
+    run.expect_error(7, &["Embree", "no-such-embree.so"]);
+    assert_eq!(folder.names(), ["corner.obj", "scene.toml"]);
+}
+
+#[test]
+fn doctor_says_on_both_ways_that_embree_is_missing() {
+    let run = Folder::new().run(&["doctor", "--embree-lib", "no-such-embree.so"]);
+    assert_eq!(run.code, 7, "{run:?}");
+    assert!(run.stdout.contains("fallback"), "{run:?}");
+    assert!(run.stderr.starts_with("error: ") && run.stderr.lines().count() == 1, "{run:?}");
+}
+
+#[test]
+fn an_office_is_not_written_over_somebodys_files() {
+    let folder = Folder::with_scene();
+    let before = folder.names();
+    let office = ["generate", "office", "--floors", "1", "--rooms", "1", "-o"];
+    folder.run(&[&office[..], &["."]].concat()).expect_error(6, &["--force"]);
+    folder.run(&[&office[..], &["scene.toml"]].concat()).expect_error(6, &["scene.toml"]);
+    folder.run(&[&office[..], &["scene.toml/deep"]].concat()).expect_error(6, &["scene.toml/deep"]);
+    assert_eq!(folder.names(), before);
+}

@@ -1,0 +1,126 @@
+//! The binary's answers to what is typed: help, version, bad arguments.
+
+use std::process::Stdio;
+
+use crate::run::Folder;
+
+#[test]
+fn help_is_an_answer_and_not_an_error() {
+    let folder = Folder::new();
+    for arguments in
+        [&["--help"][..], &["-h"], &["help"], &["render", "--help"], &["generate", "office", "--help"]]
+    {
+        let run = folder.run(arguments);
+        assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{arguments:?}");
+        assert!(run.stdout.contains("Usage: lightshaft"), "{}", run.stdout);
+    }
+}
+
+#[test]
+fn help_has_every_option_and_the_exit_codes() {
+    let help = Folder::new().run(&["render", "--help"]).stdout;
+    for option in [
+        "--camera",
+        "--width",
+        "--height",
+        "--quality",
+        "--epsilon",
+        "--min-size",
+        "--rays",
+        "--iterations",
+        "--visibility",
+        "--certify",
+        "--one-sided",
+        "--tracer",
+        "--embree-lib",
+        "--threads",
+        "--exposure",
+        "--samples",
+        "--view",
+        "--stats",
+        "--quiet",
+        "--output",
+    ] {
+        assert!(help.contains(option), "render --help does not mention {option}");
+    }
+    for line in ["Exit codes:", "   3  an input file", "  70  a fault"] {
+        assert!(help.contains(line), "{line}:\n{help}");
+    }
+}
+
+#[test]
+fn version_is_the_packages() {
+    let run = Folder::new().run(&["--version"]);
+    assert_eq!((run.code, run.stdout.trim()), (0, concat!("lightshaft ", env!("CARGO_PKG_VERSION"))));
+}
+
+#[test]
+fn bad_arguments_are_code_2_and_say_what_is_wrong() {
+    let folder = Folder::with_scene();
+    let before = folder.names();
+    for (arguments, word) in [
+        (&["paint"][..], "paint"),
+        (&["render"], "SCENE"),
+        (&["render", "scene.toml"], "--output"),
+        (&["render", "scene.toml", "-o"], "--output"),
+        (&["render", "scene.toml", "-o", "a.png", "--rays", "0"], "--rays"),
+        (&["render", "scene.toml", "-o", "a.png", "--epsilon", "nan"], "--epsilon"),
+        (&["render", "scene.toml", "-o", "a.png", "--min-size", "-1"], "--min-size"),
+        (&["render", "scene.toml", "-o", "a.png", "--width", "0"], "--width"),
+        (&["render", "scene.toml", "-o", "a.png", "--exposure", "inf"], "--exposure"),
+        (&["render", "scene.toml", "-o", "a.png", "--visibility", "none"], "adaptive"),
+        (&["render", "scene.toml", "-o", "a.png", "--quality", "best"], "normal"),
+        (&["render", "scene.toml", "-o", "a.png", "--tracer", "optix"], "fallback"),
+        (&["render", "scene.toml", "-o", "a.png", "--colour"], "--colour"),
+        (&["generate"], "office"),
+        (&["generate", "office", "--floors", "1", "-o", "b"], "--rooms"),
+        (&["generate", "office", "--floors", "0", "--rooms", "1", "-o", "b"], "--floors"),
+        (&["generate", "office", "--floors", "1", "--rooms", "9999", "-o", "b"], "--rooms"),
+    ] {
+        let run = folder.run(arguments);
+        assert_eq!(run.code, 2, "{arguments:?}: {run:?}");
+        assert!(run.stderr.contains(word), "'{word}' is not in the answer to {arguments:?}: {}", run.stderr);
+        assert_eq!(run.stdout, "", "{arguments:?}");
+    }
+    assert_eq!(folder.names(), before);
+}
+
+#[test]
+fn options_against_each_other_are_one_line() {
+    let folder = Folder::with_scene();
+    let base = ["render", "scene.toml", "-o", "a.png"];
+    for (options, word) in [
+        (&["--certify", "--visibility", "sampled"][..], "--certify"),
+        (&["--tracer", "fallback", "--embree-lib", "x.so"], "--embree-lib"),
+        (&["--stats", "a.png"], "a.png"),
+        (&["--stats", "scene.toml"], "scene.toml"),
+    ] {
+        folder.run(&[&base[..], options].concat()).expect_error(2, &[word]);
+    }
+    assert_eq!(folder.names(), ["corner.obj", "scene.toml"]);
+}
+
+#[test]
+fn an_unknown_camera_is_told_which_there_are() {
+    let folder = Folder::with_scene();
+    let run = folder.run(&["render", "scene.toml", "-o", "a.png", "--camera", "top"]);
+    run.expect_error(2, &["'top'", "main", "side"]);
+    assert_eq!(folder.names(), ["corner.obj", "scene.toml"]);
+}
+
+#[test]
+fn a_reader_that_leaves_early_is_no_panic() {
+    let folder = Folder::new();
+    for arguments in [&["render", "--help"][..], &["doctor"], &["render", "missing.toml", "-o", "a.png"]] {
+        let mut child = folder
+            .command(arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the binary starts");
+        drop(child.stdout.take());
+        drop(child.stderr.take());
+        let code = child.wait().expect("it ends").code();
+        assert!(matches!(code, Some(0 | 3 | 7)), "{arguments:?} ended with {code:?}");
+    }
+}
