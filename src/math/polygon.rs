@@ -151,16 +151,14 @@ impl Polygon {
         (v.len() >= 3).then(|| Polygon::new(&v[..v.len().min(MAX_VERTICES)]))
     }
 
-    /// Distance of `point` from the polygon's plane and from its edges, whichever is larger: 0 inside,
-    /// positive outside. `normal` is the unit normal.
+    /// How far `point` lies outside the outline, seen along the unit `normal`; negative inside.
     pub fn outside_distance(&self, point: DVec3, normal: DVec3) -> f64 {
-        let off_plane = (point - self.points[0]).dot(normal).abs();
         self.edges()
             .map(|(a, b)| {
                 let outward = (b - a).cross(normal).normalize_or_zero();
                 (point - a).dot(outward)
             })
-            .fold(off_plane, f64::max)
+            .fold(f64::NEG_INFINITY, f64::max)
     }
 }
 

@@ -42,7 +42,12 @@ impl<'a> Party<'a> {
                     if (half.id() as usize) < light.exitance.len() {
                         Party::of_piece(half, light)
                     } else {
-                        Party::Element { area: half.polygon.area(), piece: half, exitance: *exitance, variation: 0.0 }
+                        Party::Element {
+                            area: half.polygon.area(),
+                            piece: half,
+                            exitance: *exitance,
+                            variation: 0.0,
+                        }
                     }
                 })
                 .into(),
@@ -55,7 +60,12 @@ impl<'a> Party<'a> {
     }
 
     /// A cluster, or both sides of a leaf's facet.
-    pub(super) fn of_node(node: u32, hierarchy: &Hierarchy, forest: &'a Forest, light: &Light) -> Vec<Party<'a>> {
+    pub(super) fn of_node(
+        node: u32,
+        hierarchy: &Hierarchy,
+        forest: &'a Forest,
+        light: &Light,
+    ) -> Vec<Party<'a>> {
         let n = &hierarchy.nodes[node as usize];
         if !n.is_leaf() {
             return vec![Party::Cluster(node)];
@@ -123,13 +133,12 @@ impl<'a> Party<'a> {
     fn reaches_in_front_of(&self, hierarchy: &Hierarchy, other: &Party<'_>) -> bool {
         let Party::Element { piece, .. } = other else { return true };
         match self {
-            Party::Element { piece: own, .. } => own
-                .polygon
-                .vertices()
-                .iter()
-                .any(|&v| piece.plane.distance(v) > crate::hierarchy::TOLERANCE),
+            Party::Element { piece: own, .. } => {
+                own.polygon.vertices().iter().any(|&v| piece.plane.distance(v) > crate::hierarchy::TOLERANCE)
+            }
             Party::Cluster(node) => {
-                piece.plane.distance_range(&hierarchy.nodes[*node as usize].bounds).1 > crate::hierarchy::TOLERANCE
+                piece.plane.distance_range(&hierarchy.nodes[*node as usize].bounds).1
+                    > crate::hierarchy::TOLERANCE
             }
         }
     }
@@ -220,7 +229,12 @@ fn nearest_point(receiver: &Piece<'_>, target: DVec3) -> DVec3 {
 }
 
 /// Figures of a link with a cluster at one end or both.
-fn cluster_estimate(receiver: &Party<'_>, source: &Party<'_>, hierarchy: &Hierarchy, light: &Light) -> Estimate {
+fn cluster_estimate(
+    receiver: &Party<'_>,
+    source: &Party<'_>,
+    hierarchy: &Hierarchy,
+    light: &Light,
+) -> Estimate {
     let to_source = source.center(hierarchy) - receiver.center(hierarchy);
     let reach = receiver.radius(hierarchy) + source.radius(hierarchy);
     let distance = to_source.length();

@@ -119,7 +119,8 @@ impl Forest {
     pub fn root(&self, hierarchy: &Hierarchy, index: usize) -> Piece<'_> {
         let side = self.side(index);
         let (polygon, plane) = (hierarchy.polygon(side.facet), hierarchy.facets[side.facet as usize].plane);
-        let (polygon, plane) = if side.back { (polygon.flipped(), plane.flipped()) } else { (polygon, plane) };
+        let (polygon, plane) =
+            if side.back { (polygon.flipped(), plane.flipped()) } else { (polygon, plane) };
         Piece { tree: &self.trees[index], polygon, plane, side, key: hash_pair(index as u64, 0) }
     }
 

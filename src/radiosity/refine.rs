@@ -89,7 +89,11 @@ enum Split {
 impl<'a> Refiner<'a> {
     /// Splits every link that is not good enough any more; the others stay as they are. The order of
     /// the result depends on the input alone.
-    pub(super) fn refine(&self, links: &[Link], advance: &(dyn Fn(u64) + Sync)) -> (Vec<Link>, RefineCounters) {
+    pub(super) fn refine(
+        &self,
+        links: &[Link],
+        advance: &(dyn Fn(u64) + Sync),
+    ) -> (Vec<Link>, RefineCounters) {
         let root = CandidateSet::root();
         let parts: Vec<Output> = links
             .par_chunks(256)
@@ -117,7 +121,9 @@ impl<'a> Refiner<'a> {
             let area = self.forest.area[(link.receiver - clusters) as usize] as f64;
             let exitance = self.light.exitance[source].max_element() as f64;
             let irradiance = link.factor as f64 * exitance;
-            let error = 0.5 * area * (link.spread as f64 * exitance + (link.factor * self.light.variation[source]) as f64);
+            let error = 0.5
+                * area
+                * (link.spread as f64 * exitance + (link.factor * self.light.variation[source]) as f64);
             let shadow = link.class == LinkClass::Partial && irradiance > self.thresholds.partial_irradiance;
             if error <= self.thresholds.power && !shadow {
                 output.links.push(*link);
@@ -153,7 +159,7 @@ impl<'a> Refiner<'a> {
 
     /// Decides one pair: link, drop, or split and go on below.
     fn pair(&self, receiver: &Party<'a>, source: &Party<'a>, state: PairState<'_>, output: &mut Output) {
-        let Some(figures) = estimate(receiver, source, self.hierarchy, self.light) else { return };
+        let Some(mut figures) = estimate(receiver, source, self.hierarchy, self.light) else { return };
         let mut link = Link {
             receiver: receiver.id(self.hierarchy),
             source: source.id(self.hierarchy),
@@ -190,16 +196,22 @@ impl<'a> Refiner<'a> {
             if_partial.is_some(),
             importance,
         );
+        if self.is_classic() {
+            figures.kernel_error *= verdict.fraction as f64;
+            figures.source_error *= verdict.fraction as f64;
+        }
         let split = match verdict.class {
+            Class::Partial if self.is_classic() => self.wanted_split(receiver, source, &figures, true),
             Class::Partial => if_partial,
             _ if verdict.doubtful => if_partial,
-            Class::Visible => self.wanted_split(receiver, source, &figures, false),
-            Class::Invisible => None,
+            Class::Invisible if verdict.inheritable || self.is_classic() => None,
+            _ => self.wanted_split(receiver, source, &figures, false),
         };
         match split {
             Some(split) => {
                 let below = PairState {
-                    visible: (verdict.class == Class::Visible && verdict.inheritable).then_some(verdict.certified),
+                    visible: (verdict.class == Class::Visible && verdict.inheritable)
+                        .then_some(verdict.certified),
                     inheritance: Inheritance {
                         candidates: narrowed.as_ref().unwrap_or(state.inheritance.candidates),
                         blocker: verdict.blocker,
@@ -237,16 +249,17 @@ impl<'a> Refiner<'a> {
         let limit = self.thresholds.power;
         let kernel = figures.kernel_error > limit;
         let uneven = figures.source_error > limit;
-        let classic = self.tester.options().strategy == Strategy::Sampled;
-        let shadow = partial && !classic && figures.irradiance > self.thresholds.partial_irradiance;
+        let shadow = partial && !self.is_classic() && figures.irradiance > self.thresholds.partial_irradiance;
         match (receiver, source) {
-            (Party::Cluster(a), Party::Cluster(b)) => (kernel || shadow && figures.power > limit).then_some(if a == b {
-                Split::Both
-            } else if receiver.radius(self.hierarchy) >= source.radius(self.hierarchy) {
-                Split::Receiver
-            } else {
-                Split::Source
-            }),
+            (Party::Cluster(a), Party::Cluster(b)) => {
+                (kernel || shadow && figures.power > limit).then_some(if a == b {
+                    Split::Both
+                } else if receiver.radius(self.hierarchy) >= source.radius(self.hierarchy) {
+                    Split::Receiver
+                } else {
+                    Split::Source
+                })
+            }
             (Party::Element { .. }, Party::Element { .. }) => {
                 let (can_receiver, can_source) = (self.can_split(receiver), self.can_split(source));
                 if uneven && can_source && figures.source_error > figures.kernel_error {
@@ -280,6 +293,11 @@ impl<'a> Refiner<'a> {
                 Some(if split_element != receiver_is_cluster { Split::Receiver } else { Split::Source })
             }
         }
+    }
+
+    /// Whether partial occlusion is allowed to stay (paper §2.1).
+    fn is_classic(&self) -> bool {
+        self.tester.options().strategy == Strategy::Sampled
     }
 
     fn can_split(&self, party: &Party<'_>) -> bool {

@@ -30,17 +30,15 @@ pub struct Light {
 }
 
 /// What a surface does with the light that reaches it.
-pub trait Surface: Sync {
+pub(super) trait Surface: Sync {
     /// Own exitance and reflectance of a side.
     fn of(&self, side: usize) -> (Vec3, Vec3);
 }
 
 /// The materials of the scene.
-pub struct Materials<'a> {
-    /// Facets and their materials.
-    pub hierarchy: &'a Hierarchy,
-    /// Sides.
-    pub forest: &'a Forest,
+pub(super) struct Materials<'a> {
+    pub(super) hierarchy: &'a Hierarchy,
+    pub(super) forest: &'a Forest,
 }
 
 impl Surface for Materials<'_> {
@@ -54,7 +52,7 @@ impl Surface for Materials<'_> {
 
 /// Unit exitance everywhere, whatever arrives: its irradiance is the part of the hemisphere that is
 /// covered by surfaces.
-pub struct Unit;
+pub(super) struct Unit;
 
 impl Surface for Unit {
     fn of(&self, _: usize) -> (Vec3, Vec3) {
@@ -64,7 +62,7 @@ impl Surface for Unit {
 
 impl Light {
     /// The light before the first iteration: emission only.
-    pub fn emitted(hierarchy: &Hierarchy, forest: &Forest, surface: &dyn Surface) -> Light {
+    pub(super) fn emitted(hierarchy: &Hierarchy, forest: &Forest, surface: &dyn Surface) -> Light {
         let elements = vec![Vec3::ZERO; forest.len()];
         let dark = vec![CosineLobes::default(); hierarchy.nodes.len()];
         let mut light = Light {
@@ -78,7 +76,7 @@ impl Light {
     }
 
     /// Carries the light over to a new numbering; elements new in it take their parent's.
-    pub fn renumbered(&self, forest: &Forest, new_from_old: &[u32]) -> Light {
+    pub(super) fn renumbered(&self, forest: &Forest, new_from_old: &[u32]) -> Light {
         const UNKNOWN: Vec3 = Vec3::NAN;
         let mut exitance = vec![UNKNOWN; forest.len()];
         for (old, &value) in self.exitance.iter().enumerate() {
@@ -100,14 +98,23 @@ impl Light {
     }
 
     /// Gathers over all links and updates everything; returns the new light.
-    pub fn iterate(&self, hierarchy: &Hierarchy, forest: &Forest, links: &LinkSet, surface: &dyn Surface) -> Light {
+    pub(super) fn iterate(
+        &self,
+        hierarchy: &Hierarchy,
+        forest: &Forest,
+        links: &LinkSet,
+        surface: &dyn Surface,
+    ) -> Light {
         let clusters = hierarchy.nodes.len() as u32;
         let gathered: Vec<Vec3> = (0..forest.len() as u32)
             .into_par_iter()
             .with_min_len(256)
             .map(|element| {
                 let receiver = clusters + element;
-                links.of(receiver).iter().fold(Vec3::ZERO, |sum, link| sum + self.carried(hierarchy, forest, link))
+                links
+                    .of(receiver)
+                    .iter()
+                    .fold(Vec3::ZERO, |sum, link| sum + self.carried(hierarchy, forest, link))
             })
             .collect();
         let lobes: Vec<CosineLobes> = (0..clusters)
@@ -133,7 +140,7 @@ impl Light {
 
     /// Irradiance one link brings, across the direction of the light when the receiver is a cluster.
     #[inline]
-    fn carried(&self, hierarchy: &Hierarchy, forest: &Forest, link: &Link) -> Vec3 {
+    pub(super) fn carried(&self, hierarchy: &Hierarchy, forest: &Forest, link: &Link) -> Vec3 {
         if link.class == LinkClass::Untested {
             return Vec3::ZERO;
         }
@@ -217,7 +224,8 @@ impl Light {
                     let power = self.exitance[root] * forest.area[root];
                     lobes[index].add(if back { -normal } else { normal }, power / PI);
                     self.power[index] += power.max_element();
-                    self.peak[index] = self.peak[index].max(self.exitance[root].max_element() + self.variation[root]);
+                    self.peak[index] =
+                        self.peak[index].max(self.exitance[root].max_element() + self.variation[root]);
                 }
             } else {
                 for child in node.children(index as u32).map(|c| c as usize) {
@@ -233,10 +241,14 @@ impl Light {
 }
 
 /// Unit direction from the receiver's centre to the source's; zero when they coincide.
-pub fn direction(hierarchy: &Hierarchy, forest: &Forest, link: &Link) -> Vec3 {
+pub(super) fn direction(hierarchy: &Hierarchy, forest: &Forest, link: &Link) -> Vec3 {
     let clusters = hierarchy.nodes.len() as u32;
     let center = |id: u32| {
-        if id < clusters { hierarchy.nodes[id as usize].center } else { forest.center[(id - clusters) as usize] }
+        if id < clusters {
+            hierarchy.nodes[id as usize].center
+        } else {
+            forest.center[(id - clusters) as usize]
+        }
     };
     (center(link.source) - center(link.receiver)).normalize_or_zero()
 }
@@ -268,8 +280,8 @@ impl Block<'_> {
         let (low_a, high_a) = self.push_pull(element + 1, irradiance, surface);
         let (low_b, high_b) = self.push_pull(second, irradiance, surface);
         let (a, b) = (own + 1, second as usize - self.offset);
-        let share =
-            self.forest.area[element as usize + 1] / (self.forest.area[element as usize + 1] + self.forest.area[second as usize]);
+        let share = self.forest.area[element as usize + 1]
+            / (self.forest.area[element as usize + 1] + self.forest.area[second as usize]);
         self.irradiance[own] = self.irradiance[a] * share + self.irradiance[b] * (1.0 - share);
         self.exitance[own] = self.exitance[a] * share + self.exitance[b] * (1.0 - share);
         let (low, high) = (low_a.min(low_b), high_a.max(high_b));

@@ -1,0 +1,186 @@
+//! Smooth irradiance from piecewise constant elements: a value at every corner, averaged over the
+//! elements that meet there, and interpolation in between. Corners of smaller neighbours on an edge
+//! (T-vertices) become corners of the larger element too, so no crack shows.
+
+use super::interpolate::mean_value;
+use crate::hierarchy::{Hierarchy, NodeKind, Side, TOLERANCE};
+use crate::math::{Aabb, Polygon};
+use crate::radiosity::{Piece, Solution};
+use glam::{DVec3, Vec3};
+use std::sync::OnceLock;
+
+/// Elements whose normals differ by less than about 35° are shaded as one smooth surface.
+const SMOOTH_COSINE: f64 = 0.82;
+
+/// How far apart two corners may lie and still be the same, local units.
+const SAME_POINT: f64 = 4.0 * TOLERANCE;
+
+/// Outlines of one side's leaf elements with the irradiance at their corners.
+#[derive(Debug, Default)]
+struct SideMesh {
+    /// First corner of each element of the side, leaves and others, with the total at the end.
+    first: Vec<u32>,
+    points: Vec<DVec3>,
+    irradiance: Vec<Vec3>,
+}
+
+/// The leaf element at a visible point.
+#[derive(Clone, Debug)]
+pub(super) struct Spot {
+    /// Element id.
+    pub(super) element: u32,
+    /// Outline of the element.
+    pub(super) polygon: Polygon,
+    /// Interpolated irradiance, W/m².
+    pub(super) irradiance: Vec3,
+}
+
+/// Looks up irradiance anywhere on the surfaces; the work for a side is done when it is first seen.
+pub(super) struct Reconstruction<'a> {
+    hierarchy: &'a Hierarchy,
+    solution: &'a Solution,
+    sides: Vec<OnceLock<SideMesh>>,
+}
+
+/// A leaf element close to another.
+struct Neighbour {
+    polygon: Polygon,
+    center: DVec3,
+    normal: DVec3,
+    irradiance: Vec3,
+}
+
+impl<'a> Reconstruction<'a> {
+    pub(super) fn new(hierarchy: &'a Hierarchy, solution: &'a Solution) -> Reconstruction<'a> {
+        let sides = (0..solution.forest.side_count()).map(|_| OnceLock::new()).collect();
+        Reconstruction { hierarchy, solution, sides }
+    }
+
+    /// The element at `point` on a side, and its irradiance there; `None` for a side that takes no part.
+    pub(super) fn look_up(&self, side: Side, point: DVec3) -> Option<Spot> {
+        let forest = &self.solution.forest;
+        let index = forest.side_index(side)?;
+        let mut piece = forest.root(self.hierarchy, index);
+        let normal = piece.plane.normal;
+        while forest.second[piece.id() as usize] != 0 {
+            let [a, b] = piece.halves(forest);
+            let first =
+                a.polygon.outside_distance(point, normal) <= b.polygon.outside_distance(point, normal);
+            piece = if first { a } else { b };
+        }
+        let mesh = self.sides[index].get_or_init(|| self.mesh_of(index));
+        let local = (piece.id() - forest.first_element[index]) as usize;
+        let corners = mesh.first[local] as usize..mesh.first[local + 1] as usize;
+        let irradiance =
+            mean_value(point, normal, &mesh.points[corners.clone()], |i| mesh.irradiance[corners.start + i]);
+        Some(Spot { element: piece.id(), polygon: piece.polygon, irradiance })
+    }
+
+    fn mesh_of(&self, index: usize) -> SideMesh {
+        let forest = &self.solution.forest;
+        let mut mesh = SideMesh::default();
+        let mut near = Vec::new();
+        let mut stack = vec![forest.root(self.hierarchy, index)];
+        while let Some(piece) = stack.pop() {
+            mesh.first.push(mesh.points.len() as u32);
+            if forest.second[piece.id() as usize] != 0 {
+                let [a, b] = piece.halves(forest);
+                stack.push(b);
+                stack.push(a);
+                continue;
+            }
+            near.clear();
+            self.leaves_near(&piece, &mut near);
+            for corner in outline(&piece.polygon, &near) {
+                mesh.irradiance.push(self.corner_value(corner, &piece, &near));
+                mesh.points.push(corner);
+            }
+        }
+        mesh.first.push(mesh.points.len() as u32);
+        mesh
+    }
+
+    /// Mean irradiance of the elements that meet at a corner, the nearer ones counting more.
+    fn corner_value(&self, corner: DVec3, piece: &Piece<'_>, near: &[Neighbour]) -> Vec3 {
+        let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
+        for other in near {
+            let off_plane = (corner - other.center).dot(other.normal).abs();
+            if off_plane <= SAME_POINT && other.polygon.outside_distance(corner, other.normal) <= SAME_POINT {
+                let weight = (1.0 / other.center.distance(corner).max(SAME_POINT)) as f32;
+                sum += other.irradiance * weight;
+                weights += weight;
+            }
+        }
+        if weights > 0.0 { sum / weights } else { self.solution.light.irradiance[piece.id() as usize] }
+    }
+
+    /// All leaf elements that touch the box of `piece` and continue its surface, itself included.
+    fn leaves_near(&self, piece: &Piece<'_>, near: &mut Vec<Neighbour>) {
+        let bounds = piece.polygon.bounds();
+        let mut stack = vec![0u32];
+        while let Some(index) = stack.pop() {
+            let node = &self.hierarchy.nodes[index as usize];
+            if !node.bounds.overlaps(bounds, SAME_POINT as f32) {
+                continue;
+            }
+            match node.kind(index) {
+                NodeKind::Cluster(children) => stack.extend(children.iter().rev()),
+                NodeKind::Leaf(facet) => {
+                    for side in self.solution.forest.sides_of(facet) {
+                        let root = self.solution.forest.root(self.hierarchy, side);
+                        if root.plane.normal.dot(piece.plane.normal) > SMOOTH_COSINE {
+                            self.leaves_within(root, &bounds, near);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    fn leaves_within(&self, root: Piece<'_>, bounds: &Aabb, near: &mut Vec<Neighbour>) {
+        let forest = &self.solution.forest;
+        let mut stack = vec![root];
+        while let Some(piece) = stack.pop() {
+            if !piece.polygon.bounds().overlaps(*bounds, SAME_POINT as f32) {
+                continue;
+            }
+            if forest.second[piece.id() as usize] != 0 {
+                let [a, b] = piece.halves(forest);
+                stack.push(b);
+                stack.push(a);
+            } else {
+                near.push(Neighbour {
+                    center: piece.polygon.center(),
+                    normal: piece.plane.normal,
+                    irradiance: self.solution.light.irradiance[piece.id() as usize],
+                    polygon: piece.polygon,
+                });
+            }
+        }
+    }
+}
+
+/// The corners of an element and those of its neighbours on its edges, in order.
+fn outline(polygon: &Polygon, near: &[Neighbour]) -> Vec<DVec3> {
+    let mut outline = Vec::with_capacity(8);
+    for (a, b) in polygon.edges() {
+        outline.push(a);
+        let along = b - a;
+        let length_squared = along.length_squared();
+        let mut between: Vec<(f64, DVec3)> = near
+            .iter()
+            .flat_map(|n| n.polygon.vertices())
+            .filter_map(|&v| {
+                let t = (v - a).dot(along) / length_squared;
+                let off = (v - a - along * t).length_squared();
+                let apart = SAME_POINT * SAME_POINT;
+                let inner = t * t * length_squared > apart && (1.0 - t) * (1.0 - t) * length_squared > apart;
+                (off <= apart && t > 0.0 && t < 1.0 && inner).then_some((t, v))
+            })
+            .collect();
+        between.sort_by(|x, y| x.0.total_cmp(&y.0));
+        between.dedup_by(|x, y| (x.0 - y.0) * (x.0 - y.0) * length_squared <= SAME_POINT * SAME_POINT);
+        outline.extend(between.into_iter().map(|(_, v)| v));
+    }
+    outline
+}

@@ -1,0 +1,132 @@
+//! From a solution to a picture through one camera.
+
+use super::camera::Lens;
+use super::mesh_view::MeshView;
+use super::picture::Picture;
+use super::reconstruct::Reconstruction;
+use crate::hierarchy::{Hierarchy, Side};
+use crate::progress::Progress;
+use crate::radiosity::Solution;
+use crate::scene::Camera;
+use crate::tracer::{Hit, PACKET, Ray, Tracer};
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+use std::f32::consts::PI;
+
+/// Rows handed to a thread at a time.
+const BAND: usize = 4;
+
+/// What the picture shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum View {
+    /// The lit scene.
+    Shaded,
+    /// Elements with their edges, coloured by the class of the links that light them.
+    Mesh,
+}
+
+/// How to render.
+#[derive(Clone, Copy, Debug)]
+pub struct RenderOptions {
+    /// Rays per pixel, at least 1.
+    pub samples: u32,
+    /// What to show.
+    pub view: View,
+}
+
+/// Renders linear radiance, W/(m²·sr); black where nothing is hit. Deterministic for any number of
+/// threads.
+pub fn render(
+    hierarchy: &Hierarchy,
+    tracer: &dyn Tracer,
+    solution: &Solution,
+    camera: &Camera,
+    options: RenderOptions,
+    progress: &dyn Progress,
+) -> Picture {
+    let lens = Lens::new(camera, &hierarchy.frame);
+    let surfaces = Reconstruction::new(hierarchy, solution);
+    let mesh = (options.view == View::Mesh).then(|| MeshView::new(hierarchy, solution));
+    let (width, height) = (camera.width as usize, camera.height as usize);
+    let shader = Shader { hierarchy, solution, surfaces, mesh, pixel_angle: lens.pixel_angle() };
+    let mut pixels = vec![[0.0f32; 3]; width * height];
+    progress.start("render", height as u64);
+    pixels.par_chunks_mut(width * BAND).enumerate().for_each(|(band, rows)| {
+        for (row, line) in rows.chunks_mut(width).enumerate() {
+            shader.line(tracer, &lens, band * BAND + row, options.samples.max(1), line);
+            progress.advance(1);
+        }
+    });
+    progress.finish();
+    Picture { width: camera.width, height: camera.height, pixels }
+}
+
+struct Shader<'a> {
+    hierarchy: &'a Hierarchy,
+    solution: &'a Solution,
+    surfaces: Reconstruction<'a>,
+    mesh: Option<MeshView<'a>>,
+    pixel_angle: f32,
+}
+
+impl Shader<'_> {
+    fn line(&self, tracer: &dyn Tracer, lens: &Lens, y: usize, samples: u32, line: &mut [[f32; 3]]) {
+        let mut rays = Vec::with_capacity(PACKET);
+        let mut owners = Vec::with_capacity(PACKET);
+        let mut hits = [None; PACKET];
+        let total = line.len() * samples as usize;
+        for index in 0..total {
+            let (x, sample) = (index / samples as usize, (index % samples as usize) as u32);
+            let (dx, dy) = sample_offset(sample, samples);
+            rays.push(lens.ray(x as f32 + dx, y as f32 + dy));
+            owners.push(x);
+            if rays.len() == PACKET || index + 1 == total {
+                tracer.first_hits(&rays, &mut hits[..rays.len()]);
+                for ((ray, owner), hit) in rays.iter().zip(&owners).zip(&hits) {
+                    if let Some(hit) = hit {
+                        let radiance = self.radiance(ray, hit) / samples as f32;
+                        line[*owner] = (Vec3::from(line[*owner]) + radiance).to_array();
+                    }
+                }
+                rays.clear();
+                owners.clear();
+            }
+        }
+    }
+
+    /// Radiance towards the start of the ray.
+    fn radiance(&self, ray: &Ray, hit: &Hit) -> Vec3 {
+        let plane = &self.hierarchy.facets[hit.facet as usize].plane;
+        let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+        let back = plane.distance(origin) < 0.0;
+        let point = point_on_plane(origin, direction, hit.t as f64, plane);
+        let material = self.hierarchy.material(hit.facet);
+        let Some(spot) = self.surfaces.look_up(Side { facet: hit.facet, back }, point) else {
+            return Vec3::ZERO;
+        };
+        let emitted = if back { Vec3::ZERO } else { Vec3::from(material.radiance) };
+        let radiance = emitted + Vec3::from(material.reflectance) * spot.irradiance / PI;
+        match &self.mesh {
+            Some(mesh) => mesh.color(self.solution, &spot, point, hit.t * self.pixel_angle),
+            None => radiance,
+        }
+    }
+}
+
+/// The hit in double precision: on the plane itself, unless the ray only grazes it.
+fn point_on_plane(origin: DVec3, direction: DVec3, t: f64, plane: &crate::math::Plane) -> DVec3 {
+    let facing = plane.normal.dot(direction);
+    let exact = -plane.distance(origin) / facing;
+    let t = if facing.abs() > 1e-6 && (exact - t).abs() < 1e-3 * t { exact } else { t };
+    origin + direction * t
+}
+
+/// Where in the pixel sample `index` of `count` lies: evenly spread, the first in the middle.
+fn sample_offset(index: u32, count: u32) -> (f32, f32) {
+    if count == 1 {
+        return (0.5, 0.5);
+    }
+    // The two-dimensional additive recurrence with the plastic number (Roberts, 2018).
+    let at = |alpha: f64| (0.5 + alpha * index as f64).fract() as f32;
+    (at(0.754_877_666_246_692_8), at(0.569_840_290_998_053_3))
+}

@@ -1,0 +1,278 @@
+//! From a hierarchy to a solution: refine and iterate until the energy error is small.
+
+use super::forest::Forest;
+use super::links::{Link, LinkClass, LinkSet};
+use super::refine::{RefineCounters, Refiner, Thresholds};
+use super::transport::{Light, Materials, Surface, Unit};
+use crate::hierarchy::Hierarchy;
+use crate::progress::Progress;
+use crate::tracer::Tracer;
+use crate::visibility::{Tester, VisibilityOptions};
+use glam::Vec3;
+use std::time::Instant;
+
+/// Refinement runs at these multiples of the threshold, then at the threshold itself: what is split
+/// at a coarse one need not be looked at again.
+const SCHEDULE: [f64; 2] = [16.0, 4.0];
+
+/// Refinement has settled when it adds fewer links than this share.
+const SETTLED: f64 = 2e-3;
+
+/// Iteration ends when less than this share of the emitted power still changes.
+const CONVERGED: f64 = 2e-5;
+
+/// How exact the solution has to be.
+#[derive(Clone, Copy, Debug)]
+pub struct SolveOptions {
+    /// Power a link may get wrong, relative to the power that falls on a typical lit facet.
+    pub epsilon: f64,
+    /// A partly visible pair is split while it brings more than this share of the mean irradiance.
+    pub contrast: f64,
+    /// Smallest element edge, in scene units; `None` derives it from the lit size of the scene and
+    /// `resolution`.
+    pub min_size: Option<f64>,
+    /// Elements across the lit size of the scene, when `min_size` is `None`.
+    pub resolution: f64,
+    /// Most iterations.
+    pub iterations: u32,
+    /// How visibility is decided.
+    pub visibility: VisibilityOptions,
+}
+
+/// Watts, summed over channels.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Energy {
+    /// Emitted.
+    pub emitted: f64,
+    /// Absorbed by surfaces.
+    pub absorbed: f64,
+    /// Left the scene.
+    pub escaped: f64,
+    /// What still changed in the last iteration.
+    pub error: f64,
+}
+
+impl Energy {
+    /// `|emitted − absorbed − escaped| / emitted`.
+    pub fn balance_error(&self) -> f64 {
+        (self.emitted - self.absorbed - self.escaped).abs() / self.emitted.max(f64::MIN_POSITIVE)
+    }
+}
+
+/// The light of a scene, ready to be looked at from anywhere.
+#[derive(Debug)]
+pub struct Solution {
+    /// Elements.
+    pub forest: Forest,
+    /// Light on them.
+    pub light: Light,
+    /// Links it came over.
+    pub links: LinkSet,
+    /// Pairs that are not stored, and the work done.
+    pub counters: RefineCounters,
+    /// Gather and push-pull iterations.
+    pub iterations: u32,
+    /// Where the power went.
+    pub energy: Energy,
+    /// Smallest element edge used, scene units.
+    pub min_size: f64,
+    /// Seconds spent refining.
+    pub refine_seconds: f64,
+    /// Seconds spent iterating.
+    pub solve_seconds: f64,
+}
+
+impl Solution {
+    /// Irradiance a node receives directly over links of each class, largest channel: untested, visible,
+    /// certified visible, partial.
+    pub fn irradiance_by_class(&self, hierarchy: &Hierarchy, node: u32) -> [f32; 4] {
+        let mut shares = [0.0; 4];
+        for link in self.links.of(node) {
+            shares[link.class as usize] += self.light.carried(hierarchy, &self.forest, link).max_element();
+        }
+        shares
+    }
+
+    /// Bytes of elements and clusters.
+    pub fn elements_bytes(&self) -> u64 {
+        let element =
+            size_of::<crate::hierarchy::ElementTree>() + size_of::<Vec3>() * 3 + size_of::<f32>() * 3;
+        let cluster = size_of::<crate::math::CosineLobes>() + 2 * size_of::<f32>();
+        (self.forest.len() * element + self.light.power.len() * cluster) as u64
+    }
+}
+
+/// Computes the light of a scene. `square_meters` is the area of one local unit of area.
+pub fn solve(
+    hierarchy: &Hierarchy,
+    tracer: &dyn Tracer,
+    options: &SolveOptions,
+    square_meters: f64,
+    progress: &dyn Progress,
+) -> Solution {
+    let tester = Tester::new(hierarchy, tracer, options.visibility);
+    let mut forest = Forest::new(hierarchy);
+    let mut light = Light::emitted(hierarchy, &forest, &Materials { hierarchy, forest: &forest });
+    // A single facet has nothing to exchange light with.
+    let first = if hierarchy.nodes[0].is_leaf() { Vec::new() } else { vec![SELF_LINK] };
+    let mut links = LinkSet::new(first, hierarchy.nodes.len() + forest.len());
+    let mut counters = RefineCounters::default();
+    let emitted = emitted_power(hierarchy, &forest);
+    let (mut refine_seconds, mut solve_seconds) = (0.0, 0.0);
+    let (mut iterations, mut error, mut settled) = (0, f64::MAX, false);
+    let mut thresholds = first_thresholds(emitted, hierarchy, options);
+
+    while iterations < options.iterations.max(1) && !(settled && error < CONVERGED * emitted) {
+        if !settled {
+            let start = Instant::now();
+            progress.start("refine", links.links.len() as u64);
+            let refiner = Refiner { hierarchy, forest: &forest, light: &light, tester: &tester, thresholds };
+            let (mut refined, counted) = refiner.refine(&links.links, &|done| progress.advance(done));
+            counters += counted;
+            let added = refined.len().abs_diff(links.links.len());
+            let new_from_old = forest.renumber(hierarchy);
+            rename(&mut refined, hierarchy.nodes.len() as u32, &new_from_old);
+            light = light.renumbered(&forest, &new_from_old);
+            settled = iterations as usize > SCHEDULE.len() && added as f64 <= SETTLED * refined.len() as f64;
+            links = LinkSet::new(refined, hierarchy.nodes.len() + forest.len());
+            progress.finish();
+            refine_seconds += start.elapsed().as_secs_f64();
+        }
+        let start = Instant::now();
+        let next = light.iterate(hierarchy, &forest, &links, &Materials { hierarchy, forest: &forest });
+        error = changed_power(&forest, &light, &next);
+        light = next;
+        iterations += 1;
+        thresholds = thresholds_for(iterations as usize, &light, &forest, emitted, hierarchy, options);
+        solve_seconds += start.elapsed().as_secs_f64();
+    }
+
+    let energy = balance(hierarchy, &forest, &links, &light, error, square_meters);
+    let min_size = thresholds.min_size * hierarchy.frame.scene_units_per_local();
+    Solution { forest, light, links, counters, iterations, energy, min_size, refine_seconds, solve_seconds }
+}
+
+/// The scene lights itself: the one link everything starts from.
+const SELF_LINK: Link = Link {
+    receiver: 0,
+    source: 0,
+    factor: 0.0,
+    spread: 0.0,
+    visibility: 1.0,
+    class: LinkClass::Untested,
+    inherited: false,
+};
+
+/// Replaces provisional element ids.
+fn rename(links: &mut [Link], clusters: u32, new_from_old: &[u32]) {
+    use rayon::prelude::*;
+    let renamed =
+        |id: u32| if id < clusters { id } else { clusters + new_from_old[(id - clusters) as usize] };
+    links.par_iter_mut().with_min_len(4096).for_each(|link| {
+        link.receiver = renamed(link.receiver);
+        link.source = renamed(link.source);
+    });
+}
+
+/// Emitted power, largest channel, local areas.
+fn emitted_power(hierarchy: &Hierarchy, forest: &Forest) -> f64 {
+    let materials = Materials { hierarchy, forest };
+    (0..forest.side_count())
+        .map(|side| {
+            let area = forest.area[forest.first_element[side] as usize];
+            (materials.of(side).0.max_element() * area) as f64
+        })
+        .sum()
+}
+
+/// Before anything is known of where the light falls: a coarse start.
+fn first_thresholds(emitted: f64, hierarchy: &Hierarchy, options: &SolveOptions) -> Thresholds {
+    let min_size = options.min_size.map_or(1.0 / 32.0, |size| hierarchy.frame.local_length(size));
+    Thresholds {
+        power: emitted * (options.epsilon * SCHEDULE[0]).max(1e-3),
+        partial_irradiance: f64::INFINITY,
+        min_size,
+    }
+}
+
+/// Thresholds relative to the light as it falls: the mean irradiance where there is light, and the
+/// mean area of the facets it falls on (both weighted by power). So the size of a scene does not
+/// matter, only what is lit in it.
+fn thresholds_for(
+    iteration: usize,
+    light: &Light,
+    forest: &Forest,
+    emitted: f64,
+    hierarchy: &Hierarchy,
+    options: &SolveOptions,
+) -> Thresholds {
+    let (mut power, mut by_irradiance, mut by_area) = (0.0, 0.0, 0.0);
+    for side in 0..forest.side_count() {
+        let (first, end) = (forest.first_element[side] as usize, forest.first_element[side + 1] as usize);
+        let root_area = forest.area[first] as f64;
+        for element in (first..end).filter(|&e| forest.second[e] == 0) {
+            let irradiance = light.irradiance[element].max_element() as f64;
+            let received = irradiance * forest.area[element] as f64;
+            power += received;
+            by_irradiance += received * irradiance;
+            by_area += received * root_area;
+        }
+    }
+    if power <= 0.0 {
+        return first_thresholds(emitted, hierarchy, options);
+    }
+    let (irradiance, facet_area) = (by_irradiance / power, by_area / power);
+    let lit_area = (emitted / irradiance).min(4.0 * facet_area);
+    let factor = SCHEDULE.get(iteration).copied().unwrap_or(1.0);
+    let min_size = options
+        .min_size
+        .map_or_else(|| lit_area.sqrt() / options.resolution, |size| hierarchy.frame.local_length(size));
+    Thresholds {
+        power: options.epsilon * factor * emitted.min(irradiance * facet_area),
+        partial_irradiance: options.contrast * factor * irradiance,
+        min_size: min_size.max(MIN_LOCAL_SIZE),
+    }
+}
+
+/// No element gets smaller than this, local length: a few hundred roundings.
+const MIN_LOCAL_SIZE: f64 = 5e-5;
+
+/// Power whose place or amount changed between two iterations, largest channel, local areas.
+fn changed_power(forest: &Forest, before: &Light, after: &Light) -> f64 {
+    (0..forest.len())
+        .filter(|&e| forest.second[e] == 0)
+        .map(|e| ((after.exitance[e] - before.exitance[e]).abs().max_element() * forest.area[e]) as f64)
+        .sum()
+}
+
+/// Follows the power: what is emitted is absorbed or escapes.
+///
+/// What escapes is computed from the senders' side, with the share of each hemisphere that is covered
+/// by surfaces, so the balance also shows errors of reciprocity.
+fn balance(
+    hierarchy: &Hierarchy,
+    forest: &Forest,
+    links: &LinkSet,
+    light: &Light,
+    error: f64,
+    square_meters: f64,
+) -> Energy {
+    let materials = Materials { hierarchy, forest };
+    let covered = Light::emitted(hierarchy, forest, &Unit).iterate(hierarchy, forest, links, &Unit);
+    let mut energy = Energy::default();
+    for side in 0..forest.side_count() {
+        let (emission, reflectance) = materials.of(side);
+        for element in forest.first_element[side] as usize..forest.first_element[side + 1] as usize {
+            if forest.second[element] != 0 {
+                continue;
+            }
+            let area = forest.area[element] as f64 * square_meters;
+            let sum = |v: Vec3| (v.x + v.y + v.z) as f64 * area;
+            energy.emitted += sum(emission);
+            energy.absorbed += sum(light.irradiance[element] * (Vec3::ONE - reflectance));
+            energy.escaped += sum(light.exitance[element] * (Vec3::ONE - covered.irradiance[element]));
+        }
+    }
+    energy.error = error * square_meters;
+    energy
+}
