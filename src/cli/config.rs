@@ -41,7 +41,12 @@ pub(super) struct ViewConfig {
 pub(super) struct SolveConfig {
     /// Refinement threshold, as a fraction of the emitted power.
     pub(super) epsilon: f64,
-    pub(super) min_size: MinSize,
+    /// Share of the mean irradiance above which partly visible pairs are split.
+    pub(super) contrast: f64,
+    /// Smallest element edge in scene units, when typed.
+    pub(super) min_size: Option<f64>,
+    /// Elements across the lit size of the scene, when no smallest edge is typed.
+    pub(super) resolution: f64,
     /// Most rays for a pair.
     pub(super) rays: u32,
     /// Most iterations.
@@ -51,29 +56,11 @@ pub(super) struct SolveConfig {
     pub(super) one_sided: bool,
 }
 
-/// The smallest size of an element.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum MinSize {
-    /// In scene units, as typed.
-    SceneUnits(f64),
-    /// As a fraction of the diagonal of the scene's bounding box.
-    OfDiagonal(f64),
-}
-
-impl MinSize {
-    /// The size in scene units, for a scene of this diagonal.
-    pub(super) fn in_scene_units(self, diagonal: f64) -> f64 {
-        match self {
-            MinSize::SceneUnits(length) => length,
-            MinSize::OfDiagonal(fraction) => fraction * diagonal,
-        }
-    }
-}
-
 /// What `--quality` stands for; each value can be overridden by its own option.
 struct Preset {
     epsilon: f64,
-    min_size_of_diagonal: f64,
+    contrast: f64,
+    resolution: f64,
     rays: u32,
     iterations: u32,
     samples: u32,
@@ -81,12 +68,12 @@ struct Preset {
 
 impl Preset {
     const fn of(quality: QualityArg) -> Self {
-        let (epsilon, min_size_of_diagonal, rays, iterations, samples) = match quality {
-            QualityArg::Draft => (1e-4, 1.0 / 128.0, 4, 50, 4),
-            QualityArg::Normal => (1e-5, 1.0 / 512.0, 16, 100, 16),
-            QualityArg::High => (1e-6, 1.0 / 2048.0, 32, 200, 36),
+        let (epsilon, contrast, resolution, rays, iterations, samples) = match quality {
+            QualityArg::Draft => (4e-3, 0.2, 64.0, 4, 50, 4),
+            QualityArg::Normal => (5e-4, 0.05, 200.0, 16, 100, 16),
+            QualityArg::High => (1e-4, 0.02, 400.0, 32, 200, 36),
         };
-        Self { epsilon, min_size_of_diagonal, rays, iterations, samples }
+        Self { epsilon, contrast, resolution, rays, iterations, samples }
     }
 }
 
@@ -130,10 +117,9 @@ impl RenderConfig {
             },
             solve: SolveConfig {
                 epsilon: typed.epsilon.unwrap_or(preset.epsilon),
-                min_size: match typed.min_size {
-                    Some(length) => MinSize::SceneUnits(length),
-                    None => MinSize::OfDiagonal(preset.min_size_of_diagonal),
-                },
+                contrast: preset.contrast,
+                min_size: typed.min_size,
+                resolution: preset.resolution,
                 rays: typed.rays.unwrap_or(preset.rays),
                 iterations: typed.iterations.unwrap_or(preset.iterations),
                 strategy: typed.visibility,
@@ -196,14 +182,6 @@ mod tests {
         assert!(draft.view.samples < normal.view.samples);
         assert_eq!((mixed.solve.rays, mixed.solve.epsilon), (9, draft.solve.epsilon));
         assert_eq!(normal.solve.strategy, VisibilityArg::Adaptive);
-    }
-
-    #[test]
-    fn min_size_is_typed_in_scene_units_and_preset_by_the_scenes_size() {
-        let typed = check(&["a.png", "--min-size", "0.25"]).expect("valid").solve.min_size;
-        let preset = check(&["a.png"]).expect("valid").solve.min_size;
-        assert_eq!((typed.in_scene_units(10.0), typed.in_scene_units(1.0)), (0.25, 0.25));
-        assert_eq!(preset.in_scene_units(20.0), 2.0 * preset.in_scene_units(10.0));
     }
 
     #[test]

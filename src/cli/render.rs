@@ -9,14 +9,18 @@ use super::camera::choose_camera;
 use super::config::{RenderConfig, SolveConfig};
 use super::console;
 use super::errors::CliError;
-use super::pending::{hierarchy, image, radiosity, scene, tracer, visibility};
+use crate::hierarchy::Hierarchy;
 use crate::image::picture::Picture;
 use crate::image::tone::Exposure;
 use crate::image::write::{PictureFormat, check_destination, check_output, write_picture};
+use crate::image::{self, RenderOptions, View};
 use crate::progress::{Progress, Silent, TerminalProgress};
-use crate::report::stats::Stats;
+use crate::radiosity::{self, Link, LinkClass, Solution, SolveOptions};
+use crate::report::stats::{EnergyStats, LinkStats, MemoryStats, SceneStats, Stats, VisibilityStats};
 use crate::report::{json, memory, table};
-use crate::tracer::Tracer;
+use crate::scene::{self, Scene};
+use crate::tracer::{FallbackTracer, Tracer};
+use crate::visibility::{Strategy, VisibilityCounters, VisibilityOptions};
 
 /// Renders as configured.
 ///
@@ -52,23 +56,23 @@ fn run_in_pool(config: &RenderConfig, progress: &dyn Progress) -> Result<(), Cli
     let camera = choose_camera(&scene, &config.view)?;
     stats.seconds.load = clock.lap();
 
-    let hierarchy = hierarchy::Hierarchy::build(&scene, config.solve.one_sided);
+    let hierarchy = Hierarchy::build(&scene, config.solve.one_sided);
     let tracer = choose_tracer(config, &hierarchy, &mut stats)?;
     stats.seconds.build = clock.lap();
 
-    let options = solve_options(&config.solve, &scene);
-    let solution = radiosity::solve(&scene, &hierarchy, tracer.as_ref(), &options, progress);
+    let options = solve_options(&config.solve);
+    let square_meters = hierarchy.square_meters_per_unit(scene.meters_per_unit);
+    let solution = radiosity::solve(&hierarchy, tracer.as_ref(), &options, square_meters, progress);
     clock.lap();
 
-    let render_options = image::RenderOptions {
+    let render_options = RenderOptions {
         samples: config.view.samples,
         view: match config.view.kind {
-            ViewArg::Shaded => image::View::Shaded,
-            ViewArg::Mesh => image::View::Mesh,
+            ViewArg::Shaded => View::Shaded,
+            ViewArg::Mesh => View::Mesh,
         },
     };
-    let picture =
-        image::render(&scene, &hierarchy, tracer.as_ref(), &solution, &camera, render_options, progress);
+    let picture = image::render(&hierarchy, tracer.as_ref(), &solution, &camera, render_options, progress);
     write_shown(config, &picture)?;
     stats.seconds.render = clock.lap();
     stats.seconds.total = clock.total();
@@ -99,13 +103,13 @@ fn write_shown(config: &RenderConfig, picture: &Picture) -> Result<(), CliError>
 /// The tracer asked for; with `auto` Embree if it is usable, the fallback with one warning if not.
 fn choose_tracer(
     config: &RenderConfig,
-    hierarchy: &hierarchy::Hierarchy,
+    hierarchy: &Hierarchy,
     stats: &mut Stats,
 ) -> Result<Box<dyn Tracer>, CliError> {
     let tracer: Box<dyn Tracer> = match config.tracer {
-        TracerArg::Fallback => tracer::fallback(hierarchy),
+        TracerArg::Fallback => Box::new(FallbackTracer::new(&hierarchy.mesh)),
         TracerArg::Auto | TracerArg::Embree => {
-            match tracer::embree(hierarchy, config.embree_lib.as_deref()) {
+            match Err::<(Box<dyn Tracer>, String), String>("not joined".into()) {
                 Ok((tracer, version)) => {
                     stats.embree_version = Some(version);
                     tracer
@@ -117,7 +121,7 @@ fn choose_tracer(
                             "Embree is not usable ({reason}); using the slower pure-Rust tracer"
                         ));
                     }
-                    tracer::fallback(hierarchy)
+                    Box::new(FallbackTracer::new(&hierarchy.mesh))
                 }
             }
         }
@@ -126,63 +130,100 @@ fn choose_tracer(
     Ok(tracer)
 }
 
-fn solve_options(config: &SolveConfig, scene: &crate::scene::Scene) -> radiosity::SolveOptions {
-    radiosity::SolveOptions {
+fn solve_options(config: &SolveConfig) -> SolveOptions {
+    SolveOptions {
         epsilon: config.epsilon,
-        min_size: config.min_size.in_scene_units(scene_diagonal(scene)),
-        rays: config.rays,
+        contrast: config.contrast,
+        min_size: config.min_size,
+        resolution: config.resolution,
         iterations: config.iterations,
-        strategy: strategy(config),
-        certify: config.certify,
+        visibility: VisibilityOptions {
+            strategy: strategy(config),
+            rays: config.rays,
+            certify: config.certify,
+        },
     }
 }
 
-fn strategy(config: &SolveConfig) -> visibility::Strategy {
+fn strategy(config: &SolveConfig) -> Strategy {
     match config.strategy {
-        VisibilityArg::All => visibility::Strategy::All,
-        VisibilityArg::Root => visibility::Strategy::Root,
-        VisibilityArg::Shaft => visibility::Strategy::Shaft,
-        VisibilityArg::Adaptive => visibility::Strategy::Adaptive,
-        VisibilityArg::Sampled => visibility::Strategy::Sampled,
+        VisibilityArg::All => Strategy::All,
+        VisibilityArg::Root => Strategy::Root,
+        VisibilityArg::Shaft => Strategy::Shaft,
+        VisibilityArg::Adaptive => Strategy::Adaptive,
+        VisibilityArg::Sampled => Strategy::Sampled,
     }
-}
-
-/// The diagonal of the bounding box, in scene units.
-fn scene_diagonal(scene: &crate::scene::Scene) -> f64 {
-    let Some(&first) = scene.positions.first() else { return 0.0 };
-    let (low, high) =
-        scene.positions.iter().fold((first, first), |(low, high), &p| (low.min(p), high.max(p)));
-    low.distance(high)
 }
 
 /// Copies what the rooms counted into the record.
 fn fill_stats(
     stats: &mut Stats,
     config: &RenderConfig,
-    scene: &crate::scene::Scene,
-    hierarchy: &hierarchy::Hierarchy,
-    solution: &radiosity::Solution,
+    scene: &Scene,
+    hierarchy: &Hierarchy,
+    solution: &Solution,
 ) {
     stats.strategy = strategy(&config.solve).name().to_owned();
-    stats.scene.triangles_initial = scene.counts.triangles_initial;
-    stats.scene.dropped_degenerate = scene.counts.dropped_degenerate;
-    stats.scene.dropped_duplicate = scene.counts.dropped_duplicate;
-    stats.scene.materials = scene.materials.len() as u64;
-    stats.scene.facets = hierarchy.facets.len() as u64;
-    stats.scene.clusters = hierarchy.cluster_count() as u64;
-    stats.scene.patches = solution.patches;
-    stats.scene.elements = solution.elements;
-    stats.scene.triangles_final = solution.triangles_final;
-    stats.links = solution.links.clone();
-    stats.visibility = solution.visibility.clone();
-    stats.energy = solution.energy.clone();
+    stats.scene = SceneStats {
+        triangles_initial: scene.counts.triangles_initial,
+        triangles_final: solution.triangle_count(hierarchy),
+        patches: solution.forest.side_count() as u64,
+        elements: solution.forest.len() as u64,
+        clusters: hierarchy.cluster_count() as u64,
+        facets: hierarchy.facets.len() as u64,
+        materials: scene.materials.len() as u64,
+        dropped_degenerate: scene.counts.dropped_degenerate,
+        dropped_duplicate: scene.counts.dropped_duplicate,
+    };
+    stats.links = link_stats(solution);
+    stats.visibility = visibility_stats(&solution.counters.visibility);
+    stats.energy = EnergyStats {
+        emitted_w: solution.energy.emitted,
+        absorbed_w: solution.energy.absorbed,
+        escaped_w: solution.energy.escaped,
+        balance_error: solution.energy.balance_error(),
+    };
     stats.iterations = solution.iterations;
-    stats.energy_error_w = solution.energy_error_w;
-    stats.memory.links_bytes = solution.links_bytes;
-    stats.memory.elements_bytes = solution.elements_bytes;
-    stats.memory.peak_rss_bytes = memory::peak_rss_bytes();
+    stats.energy_error_w = solution.energy.error;
+    stats.memory = MemoryStats {
+        peak_rss_bytes: memory::peak_rss_bytes(),
+        links_bytes: solution.links.bytes(),
+        elements_bytes: solution.elements_bytes(),
+    };
     stats.seconds.refine = solution.refine_seconds;
     stats.seconds.solve = solution.solve_seconds;
+}
+
+fn link_stats(solution: &Solution) -> LinkStats {
+    let links = &solution.links.links;
+    let count = |test: fn(&Link) -> bool| links.iter().filter(|l| test(l)).count() as u64;
+    let invisible = solution.counters.invisible;
+    LinkStats {
+        total: links.len() as u64 + invisible,
+        visible: count(|l| l.class != LinkClass::Partial),
+        invisible,
+        partial: count(|l| l.class == LinkClass::Partial),
+        certified_visible: count(|l| l.class == LinkClass::CertifiedVisible),
+        certified_invisible: solution.counters.certified_invisible,
+        inherited: count(|l| l.inherited),
+    }
+}
+
+fn visibility_stats(counters: &VisibilityCounters) -> VisibilityStats {
+    VisibilityStats {
+        pairs_tested: counters.pairs_tested,
+        shafts_built: counters.shafts_built,
+        nodes_tested: counters.nodes_tested,
+        empty_shafts: counters.empty_shafts,
+        single_blockers: counters.single_blockers,
+        rays_cast: counters.rays_cast,
+        rays_avoided: counters.rays_avoided,
+        filter_calls: counters.filter_calls,
+        filter_rejects: counters.filter_rejects,
+        culling_anomalies: counters.culling_anomalies,
+        candidates_mean: counters.candidates as f64 / (counters.filled_shafts as f64).max(1.0),
+        seconds: counters.nanoseconds as f64 * 1e-9,
+    }
 }
 
 /// What a scene error means for the caller.
