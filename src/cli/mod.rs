@@ -1,4 +1,4 @@
-//! The command line: arguments as typed ([`args`]) become a checked configuration ([`config`]), and
+//! The command line: arguments as typed (`args`) become a checked configuration (`config`), and
 //! one verb runs with it. Errors are printed here, once, as one line, and become an exit code.
 
 mod args;
