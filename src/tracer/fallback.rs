@@ -4,7 +4,7 @@
 use super::triangle::Probe;
 use super::{Candidates, ENDPOINT_EPSILON, FilterAudit, Hit, NO_FACET, Ray, Segment, TraceMesh, Tracer};
 use crate::math::Aabb;
-use glam::Vec3A;
+use glam::{Vec3, Vec3A};
 use obvhs::cwbvh::{CwBvh, builder::build_cwbvh};
 use std::time::Duration;
 
@@ -21,7 +21,7 @@ struct Bounded(Aabb);
 
 impl obvhs::Boundable for Bounded {
     fn aabb(&self) -> obvhs::aabb::Aabb {
-        let margin = glam::Vec3::splat(BOX_MARGIN);
+        let margin = Vec3::splat(BOX_MARGIN);
         obvhs::aabb::Aabb::new((self.0.min - margin).into(), (self.0.max + margin).into())
     }
 }
@@ -38,16 +38,20 @@ impl FallbackTracer {
         FallbackTracer { tree, mesh: mesh.clone() }
     }
 
-    /// The tree works with unit directions; distances are scaled back with the returned length.
-    fn unit_ray(origin: glam::Vec3, direction: glam::Vec3, near: f32, far: f32) -> (obvhs::ray::Ray, f32) {
-        let length = direction.length().max(f32::MIN_POSITIVE);
-        let ray = obvhs::ray::Ray::new(
-            Vec3A::from(origin),
-            Vec3A::from(direction / length),
-            near * length,
-            far * length,
-        );
-        (ray, length)
+    /// A ray as the tree takes it. Distances are in units of `direction / stretch`.
+    ///
+    /// The tree passes over boxes it leaves before 1e-4, so distances are stretched to make that
+    /// nothing; and its own inverse of a direction takes −0 for negative, so it is computed here.
+    fn tree_ray(origin: Vec3, direction: Vec3, stretch: f32, far: f32) -> obvhs::ray::Ray {
+        let direction = Vec3A::from(direction) / stretch;
+        let inverse = |x: f32| if x.abs() < 1e-18 { 1e18 } else { 1.0 / x };
+        obvhs::ray::Ray {
+            origin: Vec3A::from(origin),
+            direction,
+            inv_direction: Vec3A::new(inverse(direction.x), inverse(direction.y), inverse(direction.z)),
+            tmin: 0.0,
+            tmax: far * stretch,
+        }
     }
 }
 
@@ -68,7 +72,7 @@ impl Tracer for FallbackTracer {
         for (segment, blocker) in segments.iter().zip(blockers) {
             let direction = segment.to - segment.from;
             let probe = Probe::new(segment.from, direction);
-            let (ray, _) = FallbackTracer::unit_ray(segment.from, direction, 0.0, 1.0);
+            let ray = FallbackTracer::tree_ray(segment.from, direction, 16.0, 1.0);
             *blocker = NO_FACET;
             self.tree.ray_traverse_miss(ray, |_, slot| {
                 let triangle = self.tree.primitive_indices[slot];
@@ -90,16 +94,17 @@ impl Tracer for FallbackTracer {
     fn first_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         for (ray, hit) in rays.iter().zip(hits) {
             let probe = Probe::new(ray.origin, ray.direction);
-            let (unit, length) = FallbackTracer::unit_ray(ray.origin, ray.direction, 0.0, f32::MAX);
+            const STRETCH: f32 = 1024.0;
+            let stretched = FallbackTracer::tree_ray(ray.origin, ray.direction, STRETCH, 1e30);
             let mut record = obvhs::ray::RayHit::none();
             *hit = None;
-            self.tree.ray_traverse(unit, &mut record, |current, slot| {
+            self.tree.ray_traverse(stretched, &mut record, |current, slot| {
                 let triangle = self.tree.primitive_indices[slot];
                 match probe.meet(&self.mesh, triangle) {
-                    Some(t) if t > 0.0 && (t as f32) * length < current.tmax => {
+                    Some(t) if t > 0.0 && t as f32 * STRETCH < current.tmax => {
                         let facet = self.mesh.facet_of_triangle[triangle as usize];
                         *hit = Some(Hit { facet, triangle, t: t as f32 });
-                        t as f32 * length
+                        t as f32 * STRETCH
                     }
                     _ => f32::INFINITY,
                 }

@@ -1,0 +1,180 @@
+//! One suite for every tracer, with the exhaustive one as the judge. A failure means that a picture
+//! depends on which tracer made it.
+
+use glam::Vec3;
+use lightshaft::tracer::{
+    BruteTracer, Candidates, FallbackTracer, FilterAudit, Interval, NO_FACET, Ray, Segment, TraceMesh, Tracer,
+};
+
+/// A small deterministic generator of numbers in `[0, 1)`.
+struct Numbers(u64);
+
+impl Numbers {
+    fn next(&mut self) -> f32 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 40) as f32 / (1u64 << 24) as f32
+    }
+
+    fn point(&mut self) -> Vec3 {
+        Vec3::new(self.next(), self.next(), self.next()) * 2.0 - 1.0
+    }
+}
+
+/// Two-triangle facets of all sizes, a third of them axis-parallel.
+fn soup(count: u32, seed: u64) -> TraceMesh {
+    let mut numbers = Numbers(seed);
+    let mut mesh = TraceMesh { first_triangle: vec![0], ..TraceMesh::default() };
+    for facet in 0..count {
+        let corner = numbers.point();
+        let size = 0.01 + 0.3 * numbers.next() * numbers.next();
+        let (u, v) = match facet % 9 {
+            0 => (Vec3::X * size, Vec3::Y * size),
+            1 => (Vec3::Y * size, Vec3::Z * size),
+            2 => (Vec3::Z * size, Vec3::X * size),
+            _ => (numbers.point() * size, numbers.point() * size),
+        };
+        let base = mesh.positions.len() as u32;
+        mesh.positions.extend([corner, corner + u, corner + u + v, corner + v]);
+        mesh.triangles.extend([[base, base + 1, base + 2], [base, base + 2, base + 3]]);
+        mesh.facet_of_triangle.extend([facet, facet]);
+        mesh.first_triangle.push(mesh.triangles.len() as u32);
+    }
+    mesh
+}
+
+fn tracers(mesh: &TraceMesh) -> Vec<Box<dyn Tracer>> {
+    vec![Box::new(FallbackTracer::new(mesh))]
+}
+
+fn segments(count: usize, seed: u64) -> Vec<Segment> {
+    let mut numbers = Numbers(seed);
+    (0..count)
+        .map(|i| {
+            let from = numbers.point();
+            let to = match i % 8 {
+                // Along an axis, in both directions, and very short ones.
+                0 => from + Vec3::X * (numbers.next() - 0.5),
+                1 => from - Vec3::Y * numbers.next(),
+                2 => from + Vec3::new(-0.0, -0.0, -1.0) * numbers.next(),
+                3 => from + numbers.point() * 1e-3,
+                _ => numbers.point(),
+            };
+            Segment { from, to, skip: [NO_FACET; 2] }
+        })
+        .collect()
+}
+
+fn blocked(tracer: &dyn Tracer, segments: &[Segment], candidates: Candidates<'_>) -> (Vec<u32>, FilterAudit) {
+    let mut audit = FilterAudit::default();
+    let mut all = Vec::new();
+    for packet in segments.chunks(13) {
+        let mut blockers = vec![0; packet.len()];
+        tracer.blockers(packet, candidates, &mut blockers, &mut audit);
+        all.extend(blockers);
+    }
+    (all, audit)
+}
+
+#[test]
+fn segments_are_blocked_as_the_judge_says() {
+    let mesh = soup(600, 1);
+    let judge = BruteTracer::new(&mesh);
+    let segments = segments(8000, 2);
+    let (expected, _) = blocked(&judge, &segments, Candidates::All);
+    assert!(expected.iter().filter(|&&b| b != NO_FACET).count() > 1000);
+    for tracer in tracers(&mesh) {
+        let (got, audit) = blocked(tracer.as_ref(), &segments, Candidates::All);
+        let wrong =
+            (0..segments.len()).filter(|&i| (got[i] == NO_FACET) != (expected[i] == NO_FACET)).count();
+        println!("{}: {wrong} of {} segments differ by rounding", tracer.name(), segments.len());
+        assert!(wrong <= 2, "{}: {wrong} differ", tracer.name());
+        assert_eq!(audit.outsiders, 0);
+    }
+}
+
+#[test]
+fn named_blockers_do_block_and_skipped_facets_do_not() {
+    let mesh = soup(300, 3);
+    let judge = BruteTracer::new(&mesh);
+    for tracer in tracers(&mesh) {
+        for segment in segments(3000, 4) {
+            let (named, _) = blocked(tracer.as_ref(), &[segment], Candidates::All);
+            if named[0] == NO_FACET {
+                continue;
+            }
+            let only = [Interval { start: named[0], end: named[0] + 1 }];
+            let (alone, _) = blocked(&judge, &[segment], Candidates::Only(&only));
+            assert_eq!(alone, named, "{} names a facet that does not block", tracer.name());
+            let passing = Segment { skip: [named[0], NO_FACET], ..segment };
+            assert_ne!(blocked(tracer.as_ref(), &[passing], Candidates::All).0, named);
+        }
+    }
+}
+
+#[test]
+fn hits_outside_the_candidates_are_reported_and_do_not_block() {
+    let mesh = soup(400, 5);
+    let judge = BruteTracer::new(&mesh);
+    let candidates = [Interval { start: 10, end: 60 }, Interval { start: 200, end: 333 }];
+    let segments = segments(4000, 6);
+    let (expected, _) = blocked(&judge, &segments, Candidates::Only(&candidates));
+    for tracer in tracers(&mesh) {
+        let (got, audit) = blocked(tracer.as_ref(), &segments, Candidates::Only(&candidates));
+        let wrong =
+            (0..segments.len()).filter(|&i| (got[i] == NO_FACET) != (expected[i] == NO_FACET)).count();
+        assert!(wrong <= 2, "{}: {wrong} differ", tracer.name());
+        assert!(got.iter().all(|&b| b == NO_FACET || (10..60).contains(&b) || (200..333).contains(&b)));
+        assert!(audit.outsiders > 0 && audit.outsiders == audit.rejects && audit.calls > audit.rejects);
+        assert!(!(10..60).contains(&audit.outsider) && !(200..333).contains(&audit.outsider));
+    }
+}
+
+#[test]
+fn nothing_is_hit_at_the_ends_of_a_segment() {
+    // Two walls; segments from one to the other, with and without naming them.
+    let mut mesh = soup(0, 7);
+    for (facet, x) in [0.0f32, 0.5, 1.0].into_iter().enumerate() {
+        let base = mesh.positions.len() as u32;
+        mesh.positions
+            .extend([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(y, z)| Vec3::new(x, y, z)));
+        mesh.triangles.extend([[base, base + 1, base + 2], [base, base + 2, base + 3]]);
+        mesh.facet_of_triangle.extend([facet as u32; 2]);
+        mesh.first_triangle.push(mesh.triangles.len() as u32);
+    }
+    let (a, b) = (Vec3::new(0.0, 0.1, 0.2), Vec3::new(1.0, -0.3, 0.4));
+    for tracer in tracers(&mesh).into_iter().chain([Box::new(BruteTracer::new(&mesh)) as Box<dyn Tracer>]) {
+        let ask =
+            |from, to, skip| blocked(tracer.as_ref(), &[Segment { from, to, skip }], Candidates::All).0[0];
+        assert_eq!(ask(a, b, [NO_FACET; 2]), 1, "{}", tracer.name());
+        assert_eq!(ask(a, b, [1, NO_FACET]), NO_FACET, "{}", tracer.name());
+        assert_eq!(ask(a, b.with_x(0.5), [NO_FACET; 2]), NO_FACET, "{}", tracer.name());
+    }
+}
+
+#[test]
+fn first_hits_are_the_judges() {
+    let mesh = soup(500, 8);
+    let judge = BruteTracer::new(&mesh);
+    let rays: Vec<Ray> = segments(4000, 9)
+        .iter()
+        .map(|s| Ray { origin: s.from, direction: (s.to - s.from).normalize() })
+        .collect();
+    for tracer in tracers(&mesh) {
+        let mut wrong = 0;
+        for packet in rays.chunks(16) {
+            let (mut got, mut expected) = (vec![None; packet.len()], vec![None; packet.len()]);
+            tracer.first_hits(packet, &mut got);
+            judge.first_hits(packet, &mut expected);
+            for (g, e) in got.iter().zip(&expected) {
+                let same = match (g, e) {
+                    (Some(g), Some(e)) => g.facet == e.facet && (g.t - e.t).abs() <= 1e-4 * e.t.max(0.01),
+                    (None, None) => true,
+                    _ => false,
+                };
+                wrong += usize::from(!same);
+            }
+        }
+        println!("{}: {wrong} of {} first hits differ by rounding", tracer.name(), rays.len());
+        assert!(wrong <= 4, "{}: {wrong} differ", tracer.name());
+    }
+}
