@@ -31,8 +31,6 @@ mod regenerate {
         "rtcIntersect1",
         "rtcIntersect16",
         "rtcOccluded1",
-        "rtcOccluded4",
-        "rtcOccluded8",
         "rtcOccluded16",
     ];
 

@@ -27,8 +27,6 @@ struct fact {
 
 static const struct fact facts[] = {
     RAY(RTCRay),
-    RAY(RTCRay4),
-    RAY(RTCRay8),
     RAY(RTCRay16),
     HIT(RTCHit),
     HIT(RTCHit16),

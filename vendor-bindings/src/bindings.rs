@@ -420,74 +420,6 @@ const _: () = {
     ["Offset of field: RTCRayHit::hit"][::std::mem::offset_of!(RTCRayHit, hit) - 48usize];
 };
 #[repr(C)]
-#[repr(align(16))]
-#[derive(Debug, Copy, Clone)]
-pub struct RTCRay4 {
-    pub org_x: [f32; 4usize],
-    pub org_y: [f32; 4usize],
-    pub org_z: [f32; 4usize],
-    pub tnear: [f32; 4usize],
-    pub dir_x: [f32; 4usize],
-    pub dir_y: [f32; 4usize],
-    pub dir_z: [f32; 4usize],
-    pub time: [f32; 4usize],
-    pub tfar: [f32; 4usize],
-    pub mask: [::std::os::raw::c_uint; 4usize],
-    pub id: [::std::os::raw::c_uint; 4usize],
-    pub flags: [::std::os::raw::c_uint; 4usize],
-}
-#[allow(clippy::unnecessary_operation, clippy::identity_op)]
-const _: () = {
-    ["Size of RTCRay4"][::std::mem::size_of::<RTCRay4>() - 192usize];
-    ["Alignment of RTCRay4"][::std::mem::align_of::<RTCRay4>() - 16usize];
-    ["Offset of field: RTCRay4::org_x"][::std::mem::offset_of!(RTCRay4, org_x) - 0usize];
-    ["Offset of field: RTCRay4::org_y"][::std::mem::offset_of!(RTCRay4, org_y) - 16usize];
-    ["Offset of field: RTCRay4::org_z"][::std::mem::offset_of!(RTCRay4, org_z) - 32usize];
-    ["Offset of field: RTCRay4::tnear"][::std::mem::offset_of!(RTCRay4, tnear) - 48usize];
-    ["Offset of field: RTCRay4::dir_x"][::std::mem::offset_of!(RTCRay4, dir_x) - 64usize];
-    ["Offset of field: RTCRay4::dir_y"][::std::mem::offset_of!(RTCRay4, dir_y) - 80usize];
-    ["Offset of field: RTCRay4::dir_z"][::std::mem::offset_of!(RTCRay4, dir_z) - 96usize];
-    ["Offset of field: RTCRay4::time"][::std::mem::offset_of!(RTCRay4, time) - 112usize];
-    ["Offset of field: RTCRay4::tfar"][::std::mem::offset_of!(RTCRay4, tfar) - 128usize];
-    ["Offset of field: RTCRay4::mask"][::std::mem::offset_of!(RTCRay4, mask) - 144usize];
-    ["Offset of field: RTCRay4::id"][::std::mem::offset_of!(RTCRay4, id) - 160usize];
-    ["Offset of field: RTCRay4::flags"][::std::mem::offset_of!(RTCRay4, flags) - 176usize];
-};
-#[repr(C)]
-#[repr(align(32))]
-#[derive(Debug, Copy, Clone)]
-pub struct RTCRay8 {
-    pub org_x: [f32; 8usize],
-    pub org_y: [f32; 8usize],
-    pub org_z: [f32; 8usize],
-    pub tnear: [f32; 8usize],
-    pub dir_x: [f32; 8usize],
-    pub dir_y: [f32; 8usize],
-    pub dir_z: [f32; 8usize],
-    pub time: [f32; 8usize],
-    pub tfar: [f32; 8usize],
-    pub mask: [::std::os::raw::c_uint; 8usize],
-    pub id: [::std::os::raw::c_uint; 8usize],
-    pub flags: [::std::os::raw::c_uint; 8usize],
-}
-#[allow(clippy::unnecessary_operation, clippy::identity_op)]
-const _: () = {
-    ["Size of RTCRay8"][::std::mem::size_of::<RTCRay8>() - 384usize];
-    ["Alignment of RTCRay8"][::std::mem::align_of::<RTCRay8>() - 32usize];
-    ["Offset of field: RTCRay8::org_x"][::std::mem::offset_of!(RTCRay8, org_x) - 0usize];
-    ["Offset of field: RTCRay8::org_y"][::std::mem::offset_of!(RTCRay8, org_y) - 32usize];
-    ["Offset of field: RTCRay8::org_z"][::std::mem::offset_of!(RTCRay8, org_z) - 64usize];
-    ["Offset of field: RTCRay8::tnear"][::std::mem::offset_of!(RTCRay8, tnear) - 96usize];
-    ["Offset of field: RTCRay8::dir_x"][::std::mem::offset_of!(RTCRay8, dir_x) - 128usize];
-    ["Offset of field: RTCRay8::dir_y"][::std::mem::offset_of!(RTCRay8, dir_y) - 160usize];
-    ["Offset of field: RTCRay8::dir_z"][::std::mem::offset_of!(RTCRay8, dir_z) - 192usize];
-    ["Offset of field: RTCRay8::time"][::std::mem::offset_of!(RTCRay8, time) - 224usize];
-    ["Offset of field: RTCRay8::tfar"][::std::mem::offset_of!(RTCRay8, tfar) - 256usize];
-    ["Offset of field: RTCRay8::mask"][::std::mem::offset_of!(RTCRay8, mask) - 288usize];
-    ["Offset of field: RTCRay8::id"][::std::mem::offset_of!(RTCRay8, id) - 320usize];
-    ["Offset of field: RTCRay8::flags"][::std::mem::offset_of!(RTCRay8, flags) - 352usize];
-};
-#[repr(C)]
 #[repr(align(64))]
 #[derive(Debug, Copy, Clone)]
 pub struct RTCRay16 {
@@ -804,18 +736,6 @@ pub struct Embree {
     ),
     pub rtcOccluded1:
         unsafe extern "C" fn(scene: RTCScene, ray: *mut RTCRay, args: *mut RTCOccludedArguments),
-    pub rtcOccluded4: unsafe extern "C" fn(
-        valid: *const ::std::os::raw::c_int,
-        scene: RTCScene,
-        ray: *mut RTCRay4,
-        args: *mut RTCOccludedArguments,
-    ),
-    pub rtcOccluded8: unsafe extern "C" fn(
-        valid: *const ::std::os::raw::c_int,
-        scene: RTCScene,
-        ray: *mut RTCRay8,
-        args: *mut RTCOccludedArguments,
-    ),
     pub rtcOccluded16: unsafe extern "C" fn(
         valid: *const ::std::os::raw::c_int,
         scene: RTCScene,
@@ -855,8 +775,6 @@ impl Embree {
         let rtcIntersect1 = __library.get(b"rtcIntersect1\0").map(|sym| *sym)?;
         let rtcIntersect16 = __library.get(b"rtcIntersect16\0").map(|sym| *sym)?;
         let rtcOccluded1 = __library.get(b"rtcOccluded1\0").map(|sym| *sym)?;
-        let rtcOccluded4 = __library.get(b"rtcOccluded4\0").map(|sym| *sym)?;
-        let rtcOccluded8 = __library.get(b"rtcOccluded8\0").map(|sym| *sym)?;
         let rtcOccluded16 = __library.get(b"rtcOccluded16\0").map(|sym| *sym)?;
         Ok(Embree {
             __library,
@@ -878,8 +796,6 @@ impl Embree {
             rtcIntersect1,
             rtcIntersect16,
             rtcOccluded1,
-            rtcOccluded4,
-            rtcOccluded8,
             rtcOccluded16,
         })
     }
@@ -969,24 +885,6 @@ impl Embree {
     }
     pub unsafe fn rtcOccluded1(&self, scene: RTCScene, ray: *mut RTCRay, args: *mut RTCOccludedArguments) {
         (self.rtcOccluded1)(scene, ray, args)
-    }
-    pub unsafe fn rtcOccluded4(
-        &self,
-        valid: *const ::std::os::raw::c_int,
-        scene: RTCScene,
-        ray: *mut RTCRay4,
-        args: *mut RTCOccludedArguments,
-    ) {
-        (self.rtcOccluded4)(valid, scene, ray, args)
-    }
-    pub unsafe fn rtcOccluded8(
-        &self,
-        valid: *const ::std::os::raw::c_int,
-        scene: RTCScene,
-        ray: *mut RTCRay8,
-        args: *mut RTCOccludedArguments,
-    ) {
-        (self.rtcOccluded8)(valid, scene, ray, args)
     }
     pub unsafe fn rtcOccluded16(
         &self,

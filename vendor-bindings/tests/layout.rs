@@ -13,8 +13,6 @@ fn sizes_are_those_of_embree_4_3_with_instance_arrays() {
         ("RTCHit", size_of::<raw::RTCHit>(), 48),
         ("RTCRay", size_of::<raw::RTCRay>(), 48),
         ("RTCRayHit", size_of::<raw::RTCRayHit>(), 96),
-        ("RTCRay4", size_of::<raw::RTCRay4>(), 192),
-        ("RTCRay8", size_of::<raw::RTCRay8>(), 384),
         ("RTCRay16", size_of::<raw::RTCRay16>(), 768),
         ("RTCHit16", size_of::<raw::RTCHit16>(), 576),
         ("RTCRayHit16", size_of::<raw::RTCRayHit16>(), 1344),
@@ -84,8 +82,6 @@ mod against_the_headers {
         ($module:ident) => {
             layout!($module {
                 struct RTCRay { org_x, org_y, org_z, tnear, dir_x, dir_y, dir_z, time, tfar, mask, id, flags }
-                struct RTCRay4 { org_x, org_y, org_z, tnear, dir_x, dir_y, dir_z, time, tfar, mask, id, flags }
-                struct RTCRay8 { org_x, org_y, org_z, tnear, dir_x, dir_y, dir_z, time, tfar, mask, id, flags }
                 struct RTCRay16 { org_x, org_y, org_z, tnear, dir_x, dir_y, dir_z, time, tfar, mask, id, flags }
                 struct RTCHit { Ng_x, Ng_y, Ng_z, u, v, primID, geomID, instID, instPrimID }
                 struct RTCHit16 { Ng_x, Ng_y, Ng_z, u, v, primID, geomID, instID, instPrimID }
