@@ -7,6 +7,8 @@
 //! **Candidate rule**: a hit on a facet outside the candidates does not count; it is reported to the
 //! audit.
 
+pub mod embree;
+
 use glam::Vec3;
 
 /// No facet: the segment is clear, or the slot of `skip` is not used.
