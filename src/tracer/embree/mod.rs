@@ -33,7 +33,7 @@ pub use trace::EmbreeTracer;
 pub struct EmbreeOptions {
     /// Threads that Embree may use to build its tree, ≥ 1 (0 counts as 1). Queries run on the caller's.
     pub threads: usize,
-    /// Watertight intersection [WBW13]; without it rays may pass between adjacent triangles.
+    /// Watertight intersection (\[WBW13\]); without it rays may pass between adjacent triangles.
     pub robust: bool,
     /// A smaller tree that is a little slower to traverse.
     pub compact: bool,
