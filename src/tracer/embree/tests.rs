@@ -7,7 +7,7 @@ use embree4_sys as raw;
 use glam::Vec3;
 
 use super::{
-    EmbreeError, EmbreeLibrary, EmbreeOptions, EmbreeReport, EmbreeTracer, Origin, Refusal,
+    Attempt, EmbreeError, EmbreeLibrary, EmbreeOptions, EmbreeReport, EmbreeTracer, Origin, Refusal,
     search::Surroundings,
     selftest::{GuardedQuery, guard_holds, two_triangles},
 };
@@ -21,6 +21,10 @@ fn embree() -> Option<Arc<EmbreeLibrary>> {
         Err(error) => {
             let is_required = std::env::var_os("LIGHTSHAFT_REQUIRE_EMBREE").is_some_and(|v| v == "1");
             assert!(!is_required, "LIGHTSHAFT_REQUIRE_EMBREE is set, but {error}");
+            // A right library that fails a self-test is our fault rather than an absent Embree.
+            let EmbreeError::NotFound { tried } = &error else { panic!("{error}") };
+            let is_ours = |attempt: &Attempt| matches!(attempt.refusal, Refusal::SelfTest { .. });
+            assert!(!tried.iter().any(is_ours), "{error}");
             // Past the test harness, which keeps what passing tests print to itself.
             let name = std::thread::current().name().unwrap_or("a test").to_owned();
             let _ = writeln!(std::io::stderr(), "skipped {name}: no usable Embree");
