@@ -8,6 +8,7 @@
 //! audit.
 
 mod brute;
+pub mod embree;
 mod fallback;
 mod triangle;
 

@@ -1,0 +1,2 @@
+/* The only header bindgen reads. */
+#include <embree4/rtcore.h>
