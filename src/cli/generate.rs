@@ -6,7 +6,7 @@ use std::path::Path;
 use super::args::{GenerateWhat, OfficeArgs};
 use super::console;
 use super::errors::CliError;
-use super::pending::scene;
+use crate::scene::{self, GenerateError, OfficeOptions};
 
 /// Writes what was asked for and says what it is.
 ///
@@ -20,9 +20,10 @@ pub(super) fn run(what: &GenerateWhat) -> Result<(), CliError> {
 
 fn run_office(typed: &OfficeArgs) -> Result<(), CliError> {
     prepare_folder(&typed.output, typed.force)?;
-    let options = scene::OfficeOptions { floors: typed.floors, rooms: typed.rooms };
-    let written = scene::generate_office(&options, &typed.output).map_err(|error| {
-        CliError::OutputFolder(format!("{}: cannot write the office: {error}", typed.output.display()))
+    let options = OfficeOptions { floors: typed.floors, rooms: typed.rooms, ..OfficeOptions::default() };
+    let written = scene::generate_office(&options, &typed.output).map_err(|error| match error {
+        GenerateError::Options { .. } => CliError::Usage(error.to_string()),
+        _ => CliError::OutputFolder(error.to_string()),
     })?;
     console::answer(&format!(
         "{}: {} triangles\n",

@@ -8,7 +8,6 @@ mod console;
 mod doctor;
 mod errors;
 mod generate;
-mod pending;
 mod render;
 
 use std::ffi::OsString;

@@ -1,5 +1,6 @@
 //! `render`: from a scene file to a picture and its statistics, one step after the other.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use rayon::ThreadPoolBuilder;
@@ -19,6 +20,7 @@ use crate::radiosity::{self, Link, LinkClass, Solution, SolveOptions};
 use crate::report::stats::{EnergyStats, LinkStats, MemoryStats, SceneStats, Stats, VisibilityStats};
 use crate::report::{json, memory, table};
 use crate::scene::{self, Scene};
+use crate::tracer::embree::{EmbreeError, EmbreeLibrary, EmbreeOptions, EmbreeTracer};
 use crate::tracer::{FallbackTracer, Tracer};
 use crate::visibility::{Strategy, VisibilityCounters, VisibilityOptions};
 
@@ -106,25 +108,33 @@ fn choose_tracer(
     hierarchy: &Hierarchy,
     stats: &mut Stats,
 ) -> Result<Box<dyn Tracer>, CliError> {
-    let tracer: Box<dyn Tracer> = match config.tracer {
-        TracerArg::Fallback => Box::new(FallbackTracer::new(&hierarchy.mesh)),
-        TracerArg::Auto | TracerArg::Embree => {
-            match Err::<(Box<dyn Tracer>, String), String>("not joined".into()) {
-                Ok((tracer, version)) => {
-                    stats.embree_version = Some(version);
-                    tracer
-                }
-                Err(reason) if config.tracer == TracerArg::Embree => return Err(CliError::Embree(reason)),
-                Err(reason) => {
-                    if !config.quiet {
-                        console::warning(&format!(
-                            "Embree is not usable ({reason}); using the slower pure-Rust tracer"
-                        ));
-                    }
-                    Box::new(FallbackTracer::new(&hierarchy.mesh))
-                }
+    let embree = || {
+        let library = EmbreeLibrary::find(config.embree_lib.as_deref())?;
+        let options = EmbreeOptions { threads: stats.threads, ..EmbreeOptions::default() };
+        Ok((EmbreeTracer::new(&library, &hierarchy.mesh, options)?, library))
+    };
+    let found: Option<Result<(EmbreeTracer, Arc<EmbreeLibrary>), EmbreeError>> =
+        (config.tracer != TracerArg::Fallback).then(embree);
+    let tracer: Box<dyn Tracer> = match found {
+        Some(Ok((tracer, library))) => {
+            if !config.quiet {
+                console::note(&format!("{library}\n"));
             }
+            stats.embree_version = Some(library.version().to_string());
+            Box::new(tracer)
         }
+        Some(Err(reason)) if config.tracer == TracerArg::Embree => {
+            return Err(CliError::Embree(reason.to_string()));
+        }
+        Some(Err(reason)) => {
+            if !config.quiet {
+                console::warning(&format!(
+                    "Embree is not usable ({reason}); using the slower pure-Rust tracer"
+                ));
+            }
+            Box::new(FallbackTracer::new(&hierarchy.mesh))
+        }
+        None => Box::new(FallbackTracer::new(&hierarchy.mesh)),
     };
     stats.tracer = tracer.name().to_owned();
     Ok(tracer)
