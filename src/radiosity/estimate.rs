@@ -2,15 +2,15 @@
 //! the refinement oracle decides by.
 
 use super::forest::{Forest, Piece};
-use super::form_factor::point_form_factor;
+use super::form_factor::PolygonSource;
 use super::transport::Light;
 use crate::hierarchy::Hierarchy;
 use crate::visibility::NodeEnd;
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// Nodes further apart than this many times their extents are described by their centres.
-const FAR: f64 = 10.0;
+/// A receiver further away than this many times its extent is described by its centre.
+const FAR: f64 = 5.0;
 
 /// A node of a pair, with the light it sends.
 #[derive(Clone, Debug)]
@@ -189,14 +189,15 @@ pub(super) fn estimate(
 
 /// Mean form factor over the receiver and how much it differs; `None` when it is 0 everywhere.
 fn element_factor(receiver: &Piece<'_>, source: &Piece<'_>) -> Option<(f64, f64)> {
-    let at = |point| point_form_factor(point, &receiver.plane, &source.polygon, &source.plane);
+    let source = PolygonSource::new(&source.polygon, source.plane);
+    let at = |point| source.form_factor(point, receiver.plane.normal);
     let center = receiver.polygon.center();
     let own = receiver.polygon.extent();
-    let distance = center.distance(source.polygon.center());
-    if distance > FAR * own && distance > FAR * 0.3 * source.polygon.extent() {
+    let distance = center.distance(source.center()) - 0.5 * source.extent();
+    if distance > FAR * own {
         let factor = at(center);
         // The kernel falls with the square of the distance and turns with two cosines.
-        return (factor > 0.0).then_some((factor, factor * (2.0 * own / distance).min(1.0)));
+        return (factor > 0.0).then_some((factor, factor * 2.0 * own / distance));
     }
     let vertices = receiver.polygon.vertices();
     let inset = if vertices.len() == 3 { 0.5 } else { 1.0 / 3f64.sqrt() };
@@ -208,9 +209,9 @@ fn element_factor(receiver: &Piece<'_>, source: &Piece<'_>) -> Option<(f64, f64)
         high = high.max(f);
     }
     let mean = sum / vertices.len() as f64;
-    let near = at(nearest_point(receiver, source.polygon.center()));
+    let near = at(nearest_point(receiver, source.center()));
     // The quadrature points cover the inner part; the corners lie further out.
-    let spread = ((high - low) / inset).max(near - mean).max(mean - near);
+    let spread = ((high - low) / inset).max((near - mean).abs());
     (high > 0.0 || near > 0.0).then_some((mean, spread))
 }
 
@@ -252,11 +253,13 @@ fn cluster_estimate(
         Party::Cluster(_) => 1.0,
     };
     let received = cosine(receiver, direction, source) / (safe * safe);
+    // No link brings more irradiance than the source has exitance.
     let (factor, intensity) = match source {
         Party::Element { area, exitance, .. } => {
-            (received * cosine(source, -direction, receiver) * area / PI, *exitance)
+            ((received * cosine(source, -direction, receiver) * area / PI).min(1.0), *exitance)
         }
         Party::Cluster(node) => {
+            let received = received.min(PI / source.area(hierarchy).max(f64::MIN_POSITIVE));
             let lobes = &light.intensity[*node as usize];
             let lobe = if distance > 0.0 { lobes.evaluate((-direction).as_vec3()) } else { lobes.mean() };
             (received, lobe.max_element() as f64)

@@ -5,37 +5,64 @@ use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
 /// A source that looks smaller than this (extent over distance, squared) is taken as a point: the
-/// error is of the same order, below half a per cent.
-const SMALL: f64 = 0.01;
+/// error is of the same order, below one per cent.
+const SMALL: f64 = 0.02;
 
-/// Fraction of the light leaving a surface at `point`, uniformly in radiance, that reaches `source`;
-/// 0 to 1, without occlusion. Also the irradiance at `point` for unit exitance of the source.
-///
-/// `receiver` is the plane at the point, facing the light; `front` is the source's plane. Both sides
-/// of the pair have to face each other, and what lies below the receiver's horizon does not count.
-pub fn point_form_factor(point: DVec3, receiver: &Plane, source: &Polygon, front: &Plane) -> f64 {
-    let height = front.distance(point);
-    if height <= 0.0 {
-        return 0.0;
+/// A polygon that sends light, with what every form factor to it needs.
+#[derive(Clone, Copy, Debug)]
+pub struct PolygonSource<'a> {
+    polygon: &'a Polygon,
+    front: Plane,
+    center: DVec3,
+    extent: f64,
+    area: f64,
+}
+
+impl<'a> PolygonSource<'a> {
+    /// A source that shines to the front of its plane.
+    pub fn new(polygon: &'a Polygon, front: Plane) -> PolygonSource<'a> {
+        let (center, extent, area) = (polygon.center(), polygon.extent(), polygon.area());
+        PolygonSource { polygon, front, center, extent, area }
     }
-    let center = source.center();
-    let to_center = center - point;
-    let distance_squared = to_center.length_squared();
-    let extent = source.extent();
-    let above = receiver.normal.dot(to_center);
-    if extent * extent < SMALL * distance_squared && above.abs() > extent {
-        // cos θr · cos θs · A / (π d²)
-        return if above > 0.0 {
-            above * height * source.area() / (PI * distance_squared * distance_squared)
-        } else {
-            0.0
-        };
+
+    /// Centre of the source.
+    pub fn center(&self) -> DVec3 {
+        self.center
     }
-    let horizon = Plane::through(point, receiver.normal);
-    if source.vertices().iter().all(|&v| horizon.distance(v) >= 0.0) {
-        return contour(point, receiver.normal, source);
+
+    /// Size of the source, see [`Polygon::extent`].
+    pub fn extent(&self) -> f64 {
+        self.extent
     }
-    source.clipped(&horizon).map_or(0.0, |visible| contour(point, receiver.normal, &visible))
+
+    /// Fraction of the light leaving a surface at `point`, uniformly in radiance, that reaches the
+    /// source; 0 to 1, without occlusion. Also the irradiance at `point` for unit exitance of the
+    /// source.
+    ///
+    /// `normal` is the unit normal at the point. Both sides of the pair have to face each other, and
+    /// what lies below the receiver's horizon does not count.
+    pub fn form_factor(&self, point: DVec3, normal: DVec3) -> f64 {
+        let height = self.front.distance(point);
+        if height <= 0.0 {
+            return 0.0;
+        }
+        let to_center = self.center - point;
+        let distance_squared = to_center.length_squared();
+        let above = normal.dot(to_center);
+        if self.extent * self.extent < SMALL * distance_squared && above.abs() > self.extent {
+            // cos θr · cos θs · A / (π d²)
+            return if above > 0.0 {
+                above * height * self.area / (PI * distance_squared * distance_squared)
+            } else {
+                0.0
+            };
+        }
+        let horizon = Plane::through(point, normal);
+        if self.polygon.vertices().iter().all(|&v| horizon.distance(v) >= 0.0) {
+            return contour(point, normal, self.polygon);
+        }
+        self.polygon.clipped(&horizon).map_or(0.0, |visible| contour(point, normal, &visible))
+    }
 }
 
 fn contour(point: DVec3, normal: DVec3, source: &Polygon) -> f64 {
@@ -74,8 +101,7 @@ mod tests {
     fn rectangle_above_the_point() {
         for (a, b, c) in [(1.0, 1.0, 1.0), (0.5, 2.0, 0.3), (3.0, 0.1, 0.7)] {
             let source = rectangle(a, b, c);
-            let up = Plane::through(DVec3::ZERO, DVec3::Z);
-            let f = point_form_factor(DVec3::ZERO, &up, &source, &front(&source));
+            let f = PolygonSource::new(&source, front(&source)).form_factor(DVec3::ZERO, DVec3::Z);
             let (x, y): (f64, f64) = (a / c, b / c);
             let (p, q) = ((1.0 + x * x).sqrt(), (1.0 + y * y).sqrt());
             let exact = (x / p * (y / p).atan() + y / q * (x / q).atan()) / TAU;
@@ -86,10 +112,9 @@ mod tests {
     #[test]
     fn below_the_horizon_or_behind_the_source_is_nothing() {
         let source = rectangle(1.0, 1.0, 1.0);
-        let down = Plane::through(DVec3::ZERO, -DVec3::Z);
-        assert_eq!(point_form_factor(DVec3::ZERO, &down, &source, &front(&source)), 0.0);
-        let up = Plane::through(DVec3::ZERO, DVec3::Z);
-        assert_eq!(point_form_factor(DVec3::ZERO, &up, &source.flipped(), &front(&source.flipped())), 0.0);
+        assert_eq!(PolygonSource::new(&source, front(&source)).form_factor(DVec3::ZERO, -DVec3::Z), 0.0);
+        let turned = source.flipped();
+        assert_eq!(PolygonSource::new(&turned, front(&turned)).form_factor(DVec3::ZERO, DVec3::Z), 0.0);
     }
 
     #[test]
@@ -100,23 +125,21 @@ mod tests {
                 &[(-1.0, low), (-1.0, 1.0), (1.0, 1.0), (1.0, low)].map(|(y, z)| DVec3::new(2.0, y, z)),
             )
         };
-        let up = Plane::through(DVec3::ZERO, DVec3::Z);
         let [whole, sunk] = [wall(0.0), wall(-1.0)].map(|w| {
             let w = if front(&w).distance(DVec3::ZERO) > 0.0 { w } else { w.flipped() };
-            point_form_factor(DVec3::ZERO, &up, &w, &front(&w))
+            PolygonSource::new(&w, front(&w)).form_factor(DVec3::ZERO, DVec3::Z)
         });
         assert!(whole > 0.01 && (whole - sunk).abs() < 1e-12);
     }
 
     #[test]
     fn small_and_exact_agree_where_they_meet() {
-        let up = Plane::through(DVec3::ZERO, DVec3::Z);
         let size = 0.2;
-        for height in [2.9, 3.0, 3.1] {
+        for height in [1.9, 2.0, 2.1, 3.0] {
             let source = rectangle(size, size, height);
-            let f = point_form_factor(DVec3::ZERO, &up, &source, &front(&source));
+            let f = PolygonSource::new(&source, front(&source)).form_factor(DVec3::ZERO, DVec3::Z);
             let exact = contour(DVec3::ZERO, DVec3::Z, &source);
-            assert!((f / exact - 1.0).abs() < 5e-3, "{f} for {exact}");
+            assert!((f / exact - 1.0).abs() < 1e-2, "{f} for {exact}");
         }
     }
 }

@@ -13,7 +13,7 @@ mod solve;
 mod transport;
 
 pub use forest::{Forest, Piece};
-pub use form_factor::point_form_factor;
+pub use form_factor::PolygonSource;
 pub use links::{Link, LinkClass, LinkSet};
 pub use refine::RefineCounters;
 pub use solve::{Energy, Solution, SolveOptions, solve};

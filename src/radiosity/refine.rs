@@ -39,8 +39,8 @@ impl AddAssign for RefineCounters {
 pub(super) struct Thresholds {
     /// Power a link may get wrong.
     pub(super) power: f64,
-    /// A partly visible pair is split while it brings more irradiance than this.
-    pub(super) partial_irradiance: f64,
+    /// Irradiance a link may get wrong on receivers larger than `min_size`.
+    pub(super) irradiance: f64,
     /// Elements with no edge longer than this are not split, local length.
     pub(super) min_size: f64,
 }
@@ -76,6 +76,11 @@ impl Output {
         self.counters += other.counters;
         self.worker.counters += other.worker.counters;
     }
+}
+
+/// Whether a cluster lights itself.
+fn is_same(receiver: &Party<'_>, source: &Party<'_>) -> bool {
+    matches!((receiver, source), (Party::Cluster(a), Party::Cluster(b)) if a == b)
 }
 
 /// Which end to split.
@@ -118,14 +123,15 @@ impl<'a> Refiner<'a> {
         let clusters = self.hierarchy.nodes.len() as u32;
         if link.class != LinkClass::Untested && link.receiver >= clusters && link.source >= clusters {
             let source = (link.source - clusters) as usize;
-            let area = self.forest.area[(link.receiver - clusters) as usize] as f64;
             let exitance = self.light.exitance[source].max_element() as f64;
+            let area = self.forest.area[(link.receiver - clusters) as usize] as f64;
             let irradiance = link.factor as f64 * exitance;
-            let error = 0.5
-                * area
-                * (link.spread as f64 * exitance + (link.factor * self.light.variation[source]) as f64);
-            let shadow = link.class == LinkClass::Partial && irradiance > self.thresholds.partial_irradiance;
-            if error <= self.thresholds.power && !shadow {
+            let error =
+                0.5 * (link.spread as f64 * exitance + (link.factor * self.light.variation[source]) as f64);
+            let limits = &self.thresholds;
+            let shadow = link.class == LinkClass::Partial
+                && (0.5 * irradiance > limits.irradiance || 0.25 * irradiance * area > limits.power);
+            if error * area <= limits.power && !shadow {
                 output.links.push(*link);
                 return;
             }
@@ -246,22 +252,26 @@ impl<'a> Refiner<'a> {
         figures: &Estimate,
         partial: bool,
     ) -> Option<Split> {
-        let limit = self.thresholds.power;
-        let kernel = figures.kernel_error > limit;
-        let uneven = figures.source_error > limit;
-        let shadow = partial && !self.is_classic() && figures.irradiance > self.thresholds.partial_irradiance;
+        let limits = &self.thresholds;
+        let classic = self.is_classic();
+        let (can_receiver, can_source) = (self.can_split(receiver), self.can_split(source));
+        // A shadow, or a whole cluster lit as one, shows on the receiver however little power it is.
+        let coarse = partial && !classic || matches!(receiver, Party::Cluster(_));
+        let seen = receiver.radius(self.hierarchy) * 2.0 > limits.min_size;
+        if coarse
+            && seen
+            && can_receiver
+            && !is_same(receiver, source)
+            && 0.5 * figures.irradiance > limits.irradiance
+        {
+            return Some(Split::Receiver);
+        }
+        // What the rest of the scene gets: whatever makes the pair simpler will do.
+        let uneven = figures.source_error > limits.power;
+        let kernel = figures.kernel_error > limits.power;
+        let shadow = partial && !classic && 0.25 * figures.power > limits.power;
         match (receiver, source) {
-            (Party::Cluster(a), Party::Cluster(b)) => {
-                (kernel || shadow && figures.power > limit).then_some(if a == b {
-                    Split::Both
-                } else if receiver.radius(self.hierarchy) >= source.radius(self.hierarchy) {
-                    Split::Receiver
-                } else {
-                    Split::Source
-                })
-            }
             (Party::Element { .. }, Party::Element { .. }) => {
-                let (can_receiver, can_source) = (self.can_split(receiver), self.can_split(source));
                 if uneven && can_source && figures.source_error > figures.kernel_error {
                     return Some(Split::Source);
                 }
@@ -271,21 +281,20 @@ impl<'a> Refiner<'a> {
                 if uneven && can_source {
                     return Some(Split::Source);
                 }
-                if shadow {
-                    let larger_source = source.radius(self.hierarchy) > receiver.radius(self.hierarchy);
-                    return match (can_receiver, can_source) {
-                        (true, false) => Some(Split::Receiver),
-                        (true, true) => Some(if larger_source { Split::Source } else { Split::Receiver }),
-                        (false, true) if larger_source => Some(Split::Source),
-                        _ => None,
-                    };
+                let larger_source = source.radius(self.hierarchy) > receiver.radius(self.hierarchy);
+                match (can_receiver, can_source) {
+                    (_, true) if shadow && larger_source => Some(Split::Source),
+                    (true, _) if shadow => Some(Split::Receiver),
+                    _ => None,
                 }
-                None
+            }
+            _ if !(kernel || shadow) => None,
+            _ if is_same(receiver, source) => Some(Split::Both),
+            (Party::Cluster(_), Party::Cluster(_)) => {
+                let larger_source = source.radius(self.hierarchy) > receiver.radius(self.hierarchy);
+                Some(if larger_source { Split::Source } else { Split::Receiver })
             }
             (Party::Cluster(_), element) | (element, Party::Cluster(_)) => {
-                if !(kernel || shadow && figures.power > limit) {
-                    return None;
-                }
                 let receiver_is_cluster = matches!(receiver, Party::Cluster(_));
                 let cluster = if receiver_is_cluster { receiver } else { source };
                 let split_element = self.can_split(element)

@@ -16,7 +16,7 @@ use std::time::Instant;
 const SCHEDULE: [f64; 2] = [16.0, 4.0];
 
 /// Refinement has settled when it adds fewer links than this share.
-const SETTLED: f64 = 2e-3;
+const SETTLED: f64 = 1e-2;
 
 /// Iteration ends when less than this share of the emitted power still changes.
 const CONVERGED: f64 = 2e-5;
@@ -26,7 +26,7 @@ const CONVERGED: f64 = 2e-5;
 pub struct SolveOptions {
     /// Power a link may get wrong, relative to the power that falls on a typical lit facet.
     pub epsilon: f64,
-    /// A partly visible pair is split while it brings more than this share of the mean irradiance.
+    /// Irradiance a link may get wrong, relative to the mean irradiance of lit surfaces.
     pub contrast: f64,
     /// Smallest element edge, in scene units; `None` derives it from the lit size of the scene and
     /// `resolution`.
@@ -208,7 +208,7 @@ fn first_thresholds(emitted: f64, hierarchy: &Hierarchy, options: &SolveOptions)
     let min_size = options.min_size.map_or(1.0 / 32.0, |size| hierarchy.frame.local_length(size));
     Thresholds {
         power: emitted * (options.epsilon * SCHEDULE[0]).max(1e-3),
-        partial_irradiance: f64::INFINITY,
+        irradiance: f64::INFINITY,
         min_size,
     }
 }
@@ -247,7 +247,7 @@ fn thresholds_for(
         .map_or_else(|| lit_area.sqrt() / options.resolution, |size| hierarchy.frame.local_length(size));
     Thresholds {
         power: options.epsilon * factor * emitted.min(irradiance * facet_area),
-        partial_irradiance: options.contrast * factor * irradiance,
+        irradiance: options.contrast * factor * irradiance,
         min_size: min_size.max(MIN_LOCAL_SIZE),
     }
 }

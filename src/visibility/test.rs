@@ -11,6 +11,9 @@ use std::time::Instant;
 /// Most rays that classify a pair which is going to be subdivided anyway.
 const CLASSIFYING_RAYS: u32 = 16;
 
+/// Rays that `adaptive` gives to the least of links.
+const LEAST_RAYS: u32 = 4;
+
 /// Node tests `adaptive` may spend on one shaft.
 const ADAPTIVE_ALLOWANCE: u64 = 512;
 
@@ -181,7 +184,13 @@ impl<'a> Tester<'a> {
         }
         let candidates = pair.inherited.candidates.for_rays();
         if !pair.subdivided {
-            return (verdict_of(&self.cast_all(worker, pair, candidates, None)), None);
+            // A link that carries little does not deserve many rays.
+            let share = pair.importance.clamp(0.0, 1.0);
+            let count =
+                ((self.options.rays as f64 * share).ceil() as u32).max(self.options.rays.min(LEAST_RAYS));
+            let met =
+                self.cast(worker, pair.receiver, pair.source, &pair.sequence, count, false, candidates, None);
+            return (verdict_of(&met), None);
         }
         let met = self.cast_classifying(worker, pair, candidates, None);
         let mut verdict = verdict_of(&met);
