@@ -1,6 +1,9 @@
 //! One suite for every tracer, with the exhaustive one as the judge. A failure means that a picture
 //! depends on which tracer made it.
 
+mod embree_or_skip;
+
+use embree_or_skip::embree;
 use glam::Vec3;
 use lightshaft::tracer::{
     BruteTracer, Candidates, FallbackTracer, FilterAudit, Interval, NO_FACET, Ray, Segment, TraceMesh, Tracer,
@@ -42,8 +45,11 @@ fn soup(count: u32, seed: u64) -> TraceMesh {
     mesh
 }
 
+/// Every tracer but the judge.
 fn tracers(mesh: &TraceMesh) -> Vec<Box<dyn Tracer>> {
-    vec![Box::new(FallbackTracer::new(mesh))]
+    let mut all: Vec<Box<dyn Tracer>> = vec![Box::new(FallbackTracer::new(mesh))];
+    all.extend(embree(mesh).map(|tracer| Box::new(tracer) as Box<dyn Tracer>));
+    all
 }
 
 fn segments(count: usize, seed: u64) -> Vec<Segment> {

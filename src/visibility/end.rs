@@ -1,6 +1,6 @@
 //! The two nodes of a pair, as visibility sees them.
 
-use crate::hierarchy::{Hierarchy, NodeKind};
+use crate::hierarchy::{Hierarchy, NodeKind, TOLERANCE};
 use crate::math::{Plane, Polygon};
 use crate::shaft::End;
 use glam::DVec3;
@@ -41,12 +41,14 @@ impl NodeEnd<'_> {
         }
     }
 
-    /// Whether light can pass between `point` of this node (on `facet`) and `other`.
+    /// Whether light can pass between a point of this node (on `facet`) and `other`. A point in the
+    /// plane of the facet, but for rounding, exchanges no light with it.
     pub fn faces(&self, hierarchy: &Hierarchy, facet: u32, other: DVec3) -> bool {
         match self {
-            NodeEnd::Element { plane, .. } => plane.distance(other) > 0.0,
+            NodeEnd::Element { plane, .. } => plane.distance(other) > TOLERANCE,
             NodeEnd::Cluster(_) => {
-                !hierarchy.one_sided || hierarchy.facets[facet as usize].plane.distance(other) > 0.0
+                let height = hierarchy.facets[facet as usize].plane.distance(other);
+                height > TOLERANCE || !hierarchy.one_sided && height < -TOLERANCE
             }
         }
     }

@@ -231,7 +231,8 @@ impl<'a> Tester<'a> {
         } else {
             self.cast_all(worker, pair, candidates, shaft)
         };
-        Verdict { inheritable: met.cast() > 0 && !met.is_mixed(), ..verdict_of(&met) }
+        let elements = [pair.receiver, pair.source].iter().all(|end| matches!(end, NodeEnd::Element { .. }));
+        Verdict { inheritable: elements && met.cast() > 0 && !met.is_mixed(), ..verdict_of(&met) }
     }
 
     fn cast_classifying(

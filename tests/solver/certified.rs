@@ -1,0 +1,126 @@
+//! What is proved holds: between elements that are certified visible no segment is blocked, between
+//! those certified invisible every segment is. A failure means that a proof of this program is none.
+
+use lightshaft::hierarchy::Hierarchy;
+use lightshaft::radiosity::{Forest, Link, LinkClass, Piece, Solution};
+use lightshaft::tracer::{BruteTracer, NO_FACET};
+use lightshaft::visibility::{
+    CandidateSet, Class, Inheritance, NodeEnd, Strategy, Tester, VisibilityOptions, Worker,
+};
+
+use crate::comparison::for_each_element;
+use crate::covered_pairs::Leaf;
+use crate::proofs::{Attack, attack};
+use crate::segments::Numbers;
+use crate::solving::{Case, OWN_SCENES, options};
+
+fn leaf_of(piece: &Piece<'_>) -> Leaf {
+    Leaf { polygon: piece.polygon, plane: piece.plane, facet: piece.side.facet }
+}
+
+/// Every element, inner ones too, by id.
+fn elements<'a>(hierarchy: &Hierarchy, forest: &'a Forest) -> Vec<Piece<'a>> {
+    let mut all = Vec::with_capacity(forest.len());
+    for_each_element(hierarchy, forest, |piece| all.push(piece.clone()));
+    all.sort_by_key(Piece::id);
+    all
+}
+
+/// Attacks the links between elements that `chosen` picks as if they were proved visible.
+fn attack_links(case: &Case, solution: &Solution, chosen: impl Fn(&Link) -> bool) -> (usize, Attack) {
+    let clusters = case.hierarchy.nodes.len() as u32;
+    let elements = elements(&case.hierarchy, &solution.forest);
+    let judge = BruteTracer::new(&case.hierarchy.mesh);
+    let mut numbers = Numbers(21);
+    let chosen: Vec<&Link> = solution
+        .links
+        .links
+        .iter()
+        .filter(|l| l.receiver >= clusters && l.source >= clusters && chosen(l))
+        .collect();
+    let mut sum = Attack::default();
+    for (index, link) in chosen.iter().enumerate() {
+        let [receiver, source] =
+            [link.receiver, link.source].map(|id| leaf_of(&elements[(id - clusters) as usize]));
+        // A few links very closely, all others for a moment.
+        let count = if index % (chosen.len() / 64).max(1) == 0 { 4000 } else { 64 };
+        sum += attack(&judge, &receiver, &source, false, count, &mut numbers);
+    }
+    (chosen.len(), sum)
+}
+
+#[test]
+fn links_certified_visible_are_never_blocked() {
+    for name in OWN_SCENES {
+        let case = Case::load(name);
+        for strategy in [Strategy::Shaft, Strategy::Adaptive] {
+            let solution = case.solve(&case.fallback(), &options(strategy));
+            let (links, found) = attack_links(&case, &solution, |l| l.class == LinkClass::CertifiedVisible);
+            println!("{name} {}: {links} links certified visible, {found:?}", strategy.name());
+            assert_eq!(found.refuted, 0, "{name} {}: {found:?}", strategy.name());
+            assert!(found.against <= found.segments / 10_000, "{name} {}: {found:?}", strategy.name());
+            assert!(strategy == Strategy::Adaptive || links > 100, "{name}: {links} proofs");
+        }
+    }
+}
+
+/// Random pairs of elements, proved or not by the shaft and by single blockers.
+#[test]
+fn pairs_proved_visible_or_invisible_are() {
+    for name in OWN_SCENES {
+        let case = Case::load(name);
+        let tracer = case.fallback();
+        let solution = case.solve(&tracer, &options(Strategy::Shaft));
+        let elements = elements(&case.hierarchy, &solution.forest);
+        let judge = BruteTracer::new(&case.hierarchy.mesh);
+        let visibility = VisibilityOptions { strategy: Strategy::Shaft, rays: 4, certify: false };
+        let tester = Tester::new(&case.hierarchy, &tracer, visibility);
+        let (root, mut worker, mut numbers) = (CandidateSet::root(), Worker::default(), Numbers(31));
+        let (mut proved, mut tried) = ([0u32; 2], [Attack::default(); 2]);
+        for _ in 0..20_000 {
+            let [r, s] = std::array::from_fn(|_| &elements[numbers.below(elements.len())]);
+            let (receiver, source) = (leaf_of(r), leaf_of(s));
+            if !receiver.faces(&source) {
+                continue;
+            }
+            let end = |p: &'_ Leaf| (p.plane, p.facet);
+            let [(r_plane, r_facet), (s_plane, s_facet)] = [end(&receiver), end(&source)];
+            let (verdict, narrowed) = tester.classify(
+                &mut worker,
+                &NodeEnd::Element { polygon: &receiver.polygon, plane: r_plane, facet: r_facet },
+                &NodeEnd::Element { polygon: &source.polygon, plane: s_plane, facet: s_facet },
+                7,
+                Inheritance { candidates: &root, blocker: NO_FACET },
+                true,
+                1.0,
+            );
+            narrowed.into_iter().for_each(|set| worker.recycle(set));
+            if verdict.certified {
+                let is_blocked = verdict.class == Class::Invisible;
+                assert_ne!(verdict.class, Class::Partial, "nothing proves that a pair is partly visible");
+                proved[usize::from(is_blocked)] += 1;
+                tried[usize::from(is_blocked)] +=
+                    attack(&judge, &receiver, &source, is_blocked, 50, &mut numbers);
+            }
+        }
+        println!(
+            "{name}: proved visible {} {:?}, invisible {} {:?}",
+            proved[0], tried[0], proved[1], tried[1]
+        );
+        assert!(proved[0] > 100 && proved[1] > 100, "{name}: {proved:?} proofs");
+        for found in tried {
+            assert_eq!(found.refuted, 0, "{name}: {found:?}");
+            assert!(found.against <= found.segments / 10_000, "{name}: {found:?}");
+        }
+    }
+}
+
+/// The check itself: links that are partly blocked, passed off as proved visible, have to be found.
+#[test]
+fn a_wrong_proof_is_noticed() {
+    let case = Case::load("cornell-box");
+    let solution = case.solve(&case.fallback(), &options(Strategy::Shaft));
+    let (links, found) = attack_links(&case, &solution, |l| l.class == LinkClass::Partial);
+    println!("{links} partial links passed off as proved: {found:?}");
+    assert!(found.refuted > found.segments / 10, "{found:?}");
+}

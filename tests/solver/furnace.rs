@@ -1,0 +1,136 @@
+//! The furnace: where every surface has the same reflectance ρ and the same emission, every point of a
+//! closed room has the exitance πL/(1 − ρ), whatever stands in it. A failure means that light is lost
+//! or made.
+
+use std::f64::consts::PI;
+
+use lightshaft::radiosity::{Solution, SolveOptions};
+use lightshaft::scene::Scene;
+use lightshaft::visibility::{Strategy, VisibilityOptions};
+
+use crate::boxes::Rectangles;
+use crate::solving::{Case, STRATEGIES};
+
+const RADIANCE: f32 = 2.0;
+const REFLECTANCES: [f32; 3] = [0.2, 0.5, 0.8];
+
+/// A room of 4 × 3 × 2.5; with `furnished`, a box stands clear of all walls in it.
+fn furnace(reflectance: f32, furnished: bool) -> Scene {
+    let mut room = Rectangles::new("furnace");
+    let grey = room.material(reflectance, RADIANCE);
+    room.closed_box([0.0; 3], [4.0, 3.0, 2.5], true, grey);
+    if furnished {
+        room.closed_box([1.2, 1.0, 0.7], [2.6, 1.9, 1.6], false, grey);
+    }
+    room.finish()
+}
+
+fn fine(visibility: VisibilityOptions, epsilon: f64) -> SolveOptions {
+    SolveOptions { epsilon, contrast: 0.02, min_size: None, resolution: 64.0, iterations: 200, visibility }
+}
+
+fn visibility(strategy: Strategy, certify: bool) -> VisibilityOptions {
+    VisibilityOptions { strategy, rays: 32, certify }
+}
+
+/// How far the exitance of the fronts is from the known one.
+#[derive(Debug)]
+struct Deviation {
+    /// Of the mean over the area, relative.
+    mean: f64,
+    /// That 99 % of the area does not exceed, relative.
+    of_99_percent: f64,
+    balance: f64,
+}
+
+fn deviation(case: &Case, solution: &Solution, exact: f64) -> Deviation {
+    let forest = &solution.forest;
+    let mut by_element = Vec::new();
+    for side in (0..forest.side_count()).filter(|&side| !forest.side(side).back) {
+        for element in forest.first_element[side] as usize..forest.first_element[side + 1] as usize {
+            if forest.second[element] == 0 {
+                let relative = solution.light.exitance[element].x as f64 / exact - 1.0;
+                by_element.push((relative, forest.area[element] as f64));
+            }
+        }
+    }
+    assert!(by_element.len() > 2 * case.hierarchy.facets.len(), "hardly refined");
+    let area: f64 = by_element.iter().map(|(_, area)| area).sum();
+    let mean = by_element.iter().map(|(relative, area)| relative * area).sum::<f64>() / area;
+    by_element.sort_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
+    let mut below = 0.0;
+    let of_99_percent = by_element
+        .iter()
+        .find(|(_, a)| {
+            below += a;
+            below >= 0.99 * area
+        })
+        .map_or(f64::MAX, |(relative, _)| relative.abs());
+    Deviation { mean, of_99_percent, balance: solution.energy.balance_error() }
+}
+
+/// Solves furnaces of all reflectances; `mean` and `most` bound the [`Deviation`].
+fn check(options: SolveOptions, furnished: bool, mean: f64, most: f64) {
+    let (strategy, certify) = (options.visibility.strategy.name(), options.visibility.certify);
+    for reflectance in REFLECTANCES {
+        let case = Case::of(furnace(reflectance, furnished), false);
+        let solution = case.solve(&case.fallback(), &options);
+        let exact = PI * RADIANCE as f64 / (1.0 - reflectance as f64);
+        let found = deviation(&case, &solution, exact);
+        println!(
+            "{strategy}, certify {certify}, reflectance {reflectance}: mean {:+.4} %, 99 % of the area within \
+             {:.3} %, balance error {:.4} %, {} links",
+            100.0 * found.mean,
+            100.0 * found.of_99_percent,
+            100.0 * found.balance,
+            solution.links.links.len(),
+        );
+        let what = format!("{strategy}, certify {certify}, reflectance {reflectance}: {found:?}");
+        assert!(found.mean.abs() < mean, "{what}");
+        assert!(found.of_99_percent < most, "{what}");
+        assert!(found.balance < 0.01, "{what}");
+    }
+}
+
+#[test]
+fn an_empty_closed_room_is_uniformly_bright() {
+    for strategy in STRATEGIES {
+        check(fine(visibility(strategy, false), 2e-4), false, 0.005, 0.025);
+    }
+}
+
+#[test]
+fn a_furnished_closed_room_is_uniformly_bright() {
+    check(fine(visibility(Strategy::Adaptive, false), 5e-5), true, 0.005, 0.03);
+}
+
+#[test]
+fn with_proofs_a_furnished_closed_room_is_uniformly_bright() {
+    for strategy in [Strategy::All, Strategy::Root, Strategy::Shaft, Strategy::Adaptive] {
+        check(fine(visibility(strategy, true), 2e-4), true, 0.005, 0.035);
+    }
+}
+
+/// What the simpler strategies are known to get wrong: `all`, `root` and `shaft` hand down what
+/// thirty-two rays agree on, and `sampled` takes one fraction for a whole pair.
+#[test]
+fn a_furnished_closed_room_is_nearly_uniform_with_every_strategy() {
+    for (strategy, mean) in
+        [(Strategy::All, 0.02), (Strategy::Root, 0.02), (Strategy::Shaft, 0.02), (Strategy::Sampled, 0.12)]
+    {
+        check(fine(visibility(strategy, false), 2e-4), true, mean, 0.06 + mean);
+    }
+}
+
+/// The check itself: light that gets out through a missing wall has to be noticed.
+#[test]
+fn a_missing_wall_is_noticed() {
+    let mut scene = furnace(0.5, false);
+    scene.triangles.truncate(10);
+    let case = Case::of(scene, false);
+    let solution = case.solve(&case.fallback(), &fine(visibility(Strategy::Adaptive, false), 1e-3));
+    let found = deviation(&case, &solution, PI * RADIANCE as f64 / 0.5);
+    println!("without a wall: {found:?}");
+    assert!(found.mean < -0.05 && found.of_99_percent > 0.1, "{found:?}");
+    assert!(solution.energy.escaped > 0.05 * solution.energy.emitted, "{:?}", solution.energy);
+}

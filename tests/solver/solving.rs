@@ -1,0 +1,71 @@
+//! Loading, tracing and solving for the tests of this suite.
+
+use std::path::Path;
+
+use lightshaft::hierarchy::Hierarchy;
+use lightshaft::progress::Silent;
+use lightshaft::radiosity::{self, Solution, SolveOptions};
+use lightshaft::scene::{self, Scene};
+use lightshaft::tracer::{FallbackTracer, Tracer};
+use lightshaft::visibility::{Strategy, VisibilityOptions};
+
+/// The scenes of the project.
+pub(crate) const OWN_SCENES: [&str; 4] = ["cornell-box", "paper-1", "paper-2", "paper-3"];
+
+/// Every strategy.
+pub(crate) const STRATEGIES: [Strategy; 5] =
+    [Strategy::All, Strategy::Root, Strategy::Shaft, Strategy::Adaptive, Strategy::Sampled];
+
+/// A scene with the hierarchy over it.
+pub(crate) struct Case {
+    pub(crate) scene: Scene,
+    pub(crate) hierarchy: Hierarchy,
+}
+
+impl Case {
+    /// One of [`OWN_SCENES`].
+    pub(crate) fn load(name: &str) -> Case {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name).join("scene.toml");
+        let scene = scene::load(&path, &Default::default()).expect("a scene of the project loads");
+        Case::of(scene, false)
+    }
+
+    pub(crate) fn of(scene: Scene, one_sided: bool) -> Case {
+        let hierarchy = Hierarchy::build(&scene, one_sided);
+        hierarchy.validate().expect("the hierarchy keeps its rules");
+        Case { scene, hierarchy }
+    }
+
+    pub(crate) fn fallback(&self) -> FallbackTracer {
+        FallbackTracer::new(&self.hierarchy.mesh)
+    }
+
+    pub(crate) fn solve(&self, tracer: &dyn Tracer, options: &SolveOptions) -> Solution {
+        let square_meters = self.hierarchy.square_meters_per_unit(self.scene.meters_per_unit);
+        radiosity::solve(&self.hierarchy, tracer, options, square_meters, &Silent)
+    }
+}
+
+/// Settings near the quality `draft`.
+pub(crate) fn rough(strategy: Strategy) -> SolveOptions {
+    SolveOptions {
+        epsilon: 4e-3,
+        contrast: 0.2,
+        min_size: None,
+        resolution: 64.0,
+        iterations: 50,
+        visibility: VisibilityOptions { strategy, rays: 4, certify: false },
+    }
+}
+
+/// Settings near the quality `normal`, a little coarser.
+pub(crate) fn options(strategy: Strategy) -> SolveOptions {
+    SolveOptions {
+        epsilon: 1e-3,
+        contrast: 0.1,
+        min_size: None,
+        resolution: 100.0,
+        iterations: 100,
+        visibility: VisibilityOptions { strategy, rays: 16, certify: false },
+    }
+}
