@@ -16,5 +16,9 @@ pub(super) fn run(typed: &DoctorArgs) -> Result<(), CliError> {
         "lightshaft        {}\n{report}tracer in use     {tracer}\n",
         env!("CARGO_PKG_VERSION")
     ));
-    if report.is_usable() { Ok(()) } else { Err(CliError::Embree("see above for every place tried".to_owned())) }
+    if report.is_usable() {
+        Ok(())
+    } else {
+        Err(CliError::Embree("Embree is not usable; every place tried is listed above".to_owned()))
+    }
 }

@@ -168,8 +168,17 @@ fn an_office_is_not_written_over_somebodys_files() {
     let folder = Folder::with_scene();
     let before = folder.names();
     let office = ["generate", "office", "--floors", "1", "--rooms", "1", "-o"];
-    folder.run(&[&office[..], &["."]].concat()).expect_error(6, &["--force"]);
+    folder.run(&[&office[..], &["."]].concat()).expect_error(6, &["scene.toml", "not generated"]);
     folder.run(&[&office[..], &["scene.toml"]].concat()).expect_error(6, &["scene.toml"]);
     folder.run(&[&office[..], &["scene.toml/deep"]].concat()).expect_error(6, &["scene.toml/deep"]);
     assert_eq!(folder.names(), before);
+    assert_eq!(std::fs::read_to_string(folder.path("scene.toml")).expect("readable"), SCENE);
+}
+
+#[test]
+fn an_office_too_large_to_write_is_code_2() {
+    let folder = Folder::new();
+    let run = folder.run(&["generate", "office", "--floors", "1000", "--rooms", "1000", "-o", "new"]);
+    run.expect_error(2, &["1000000 rooms", "at most"]);
+    assert_eq!(folder.names(), Vec::<String>::new());
 }
