@@ -23,10 +23,11 @@ const MATERIALS_SIGNATURE: &str = "# Materials of an office building";
 /// Every file of a building and its first words, in the order in which they appear.
 const FILES: [(&str, &str); 3] =
     [("office.obj", SIGNATURE), ("office.mtl", MATERIALS_SIGNATURE), ("scene.toml", SIGNATURE)];
-/// Most rooms of one building; about 60 million triangles.
+/// Most rooms of one building; about 70 million triangles.
 const MOST_ROOMS: u64 = 10_000;
 
-/// How large an office building to write. A room has 4 to 7 thousand triangles.
+/// How large an office building to write. A room with its share of the corridor has about 7
+/// thousand triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OfficeOptions {
     /// Storeys, at least 1.
@@ -88,7 +89,7 @@ impl OfficeOptions {
         }
         if self.room_count() > MOST_ROOMS {
             let message = format!(
-                "{} floors of {} rooms are {} rooms; at most {MOST_ROOMS} (about 60 million triangles) are \
+                "{} floors of {} rooms are {} rooms; at most {MOST_ROOMS} (about 70 million triangles) are \
                  written, so choose fewer",
                 self.floors,
                 self.rooms,
