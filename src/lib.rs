@@ -5,14 +5,13 @@
 //! Data flows one way through the rooms below; a room uses only the rooms above it:
 //!
 //! ```text
-//! progress → math → scene → hierarchy → shaft → tracer → visibility → radiosity → image → export
-//!     → report → cli
+//! progress → math → scene → hierarchy → shaft → tracer → visibility → radiosity → image → report
+//!     → cli
 //! ```
 
 pub mod progress;
 
 pub mod cli;
-pub mod export;
 pub mod hierarchy;
 pub mod image;
 pub mod math;

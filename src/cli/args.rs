@@ -59,13 +59,15 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "KIND", help_heading = "View", value_enum, default_value_t = ViewArg::Shaded)]
     pub(super) view: ViewArg,
 
-    /// Sets --epsilon, --min-size, --rays, --iterations and --samples together
+    /// Sets --epsilon, --min-size, --rays, --iterations and --samples, where they are not given, and how
+    /// closely shadows are followed
     #[arg(long, value_name = "LEVEL", help_heading = "Solution", value_enum, default_value_t = QualityArg::Normal)]
     pub(super) quality: QualityArg,
-    /// Refinement threshold, as a fraction of the emitted power, in (0, 1] [default: by --quality]
+    /// Power a link may get wrong, relative to the power falling on a typical lit facet, in (0, 1]
+    /// [default: by --quality]
     #[arg(long, value_name = "X", help_heading = "Solution", value_parser = fraction, allow_negative_numbers = true)]
     pub(super) epsilon: Option<f64>,
-    /// Smallest size of an element in scene units [default: by --quality, from the scene's size]
+    /// Smallest edge of an element in scene units [default: from the lit size of the scene, by --quality]
     #[arg(long, value_name = "LENGTH", help_heading = "Solution", value_parser = positive, allow_negative_numbers = true)]
     pub(super) min_size: Option<f64>,
     /// Most visibility rays for a pair of nodes, 1 to 1024 [default: by --quality]
@@ -129,12 +131,10 @@ pub(super) struct OfficeArgs {
     /// Rooms on each floor, 1 to 1000
     #[arg(long, value_name = "R", value_parser = whole(1, 1000), allow_negative_numbers = true)]
     pub(super) rooms: u32,
-    /// Folder for scene.toml and its mesh; created when missing
+    /// Folder for scene.toml, office.obj and office.mtl; created when missing. Files of these names are
+    /// replaced only if they were generated
     #[arg(short, long, value_name = "DIR")]
     pub(super) output: PathBuf,
-    /// Replace files in a folder that is not empty
-    #[arg(long)]
-    pub(super) force: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

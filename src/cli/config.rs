@@ -39,7 +39,7 @@ pub(super) struct ViewConfig {
 /// How the solution is computed.
 #[derive(Clone, Debug)]
 pub(super) struct SolveConfig {
-    /// Refinement threshold, as a fraction of the emitted power.
+    /// Power a link may get wrong, relative to the power falling on a typical lit facet.
     pub(super) epsilon: f64,
     /// Share of the mean irradiance above which partly visible pairs are split.
     pub(super) contrast: f64,

@@ -19,6 +19,6 @@ pub(super) fn run(typed: &DoctorArgs) -> Result<(), CliError> {
     if report.is_usable() {
         Ok(())
     } else {
-        Err(CliError::Embree("see above for every place tried".to_owned()))
+        Err(CliError::Embree("Embree is not usable; every place tried is listed above".to_owned()))
     }
 }

@@ -93,8 +93,8 @@ pub(super) enum CliError {
     /// A folder cannot be filled.
     #[error("{0}")]
     OutputFolder(String),
-    /// `--tracer embree`, and there is none.
-    #[error("Embree is required but not usable: {0}")]
+    /// Embree is required, and none is usable.
+    #[error("{0}")]
     Embree(String),
     /// Our own fault.
     #[error("internal fault, please report it: {0}")]

@@ -51,6 +51,9 @@ fn run_in_pool(config: &RenderConfig, progress: &dyn Progress) -> Result<(), Cli
     let mut stats = Stats { threads: rayon::current_num_threads(), ..Stats::default() };
     let mut clock = Clock::start();
 
+    let embree = find_embree(config)?;
+    stats.seconds.build = clock.lap();
+
     let scene = scene::load(&config.scene, &scene::LoadOptions::default()).map_err(scene_failure)?;
     if !config.quiet {
         scene.warnings.iter().for_each(|warning| console::warning(warning));
@@ -59,8 +62,8 @@ fn run_in_pool(config: &RenderConfig, progress: &dyn Progress) -> Result<(), Cli
     stats.seconds.load = clock.lap();
 
     let hierarchy = Hierarchy::build(&scene, config.solve.one_sided);
-    let tracer = choose_tracer(config, &hierarchy, &mut stats)?;
-    stats.seconds.build = clock.lap();
+    let tracer = build_tracer(config, embree, &hierarchy, &mut stats)?;
+    stats.seconds.build += clock.lap();
 
     let options = solve_options(&config.solve);
     let square_meters = hierarchy.square_meters_per_unit(scene.meters_per_unit);
@@ -102,42 +105,56 @@ fn write_shown(config: &RenderConfig, picture: &Picture) -> Result<(), CliError>
     Ok(())
 }
 
-/// The tracer asked for; with `auto` Embree if it is usable, the fallback with one warning if not.
-fn choose_tracer(
+/// The Embree to use, looked for before the long run starts; absent when the fallback is asked for, or
+/// when none is usable and `auto` lets the fallback take its place.
+fn find_embree(config: &RenderConfig) -> Result<Option<Arc<EmbreeLibrary>>, CliError> {
+    if config.tracer == TracerArg::Fallback {
+        return Ok(None);
+    }
+    match EmbreeLibrary::find(config.embree_lib.as_deref()) {
+        Ok(library) => Ok(Some(library)),
+        Err(reason) => without_embree(config, &reason).map(|()| None),
+    }
+}
+
+/// The tracer over the mesh, Embree's when there is a library.
+fn build_tracer(
     config: &RenderConfig,
+    library: Option<Arc<EmbreeLibrary>>,
     hierarchy: &Hierarchy,
     stats: &mut Stats,
 ) -> Result<Box<dyn Tracer>, CliError> {
-    let embree = || {
-        let library = EmbreeLibrary::find(config.embree_lib.as_deref())?;
+    let mut tracer: Option<Box<dyn Tracer>> = None;
+    if let Some(library) = library {
         let options = EmbreeOptions { threads: stats.threads, ..EmbreeOptions::default() };
-        Ok((EmbreeTracer::new(&library, &hierarchy.mesh, options)?, library))
-    };
-    let found: Option<Result<(EmbreeTracer, Arc<EmbreeLibrary>), EmbreeError>> =
-        (config.tracer != TracerArg::Fallback).then(embree);
-    let tracer: Box<dyn Tracer> = match found {
-        Some(Ok((tracer, library))) => {
-            if !config.quiet {
-                console::note(&format!("{library}\n"));
+        match EmbreeTracer::new(&library, &hierarchy.mesh, options) {
+            Ok(embree) => {
+                if !config.quiet {
+                    console::note(&format!("{library}\n"));
+                }
+                stats.embree_version = Some(library.version().to_string());
+                tracer = Some(Box::new(embree));
             }
-            stats.embree_version = Some(library.version().to_string());
-            Box::new(tracer)
+            Err(reason) => without_embree(config, &reason)?,
         }
-        Some(Err(reason)) if config.tracer == TracerArg::Embree => {
-            return Err(CliError::Embree(reason.to_string()));
-        }
-        Some(Err(reason)) => {
-            if !config.quiet {
-                console::warning(&format!(
-                    "Embree is not usable ({reason}); using the slower pure-Rust tracer"
-                ));
-            }
-            Box::new(FallbackTracer::new(&hierarchy.mesh))
-        }
-        None => Box::new(FallbackTracer::new(&hierarchy.mesh)),
-    };
+    }
+    let tracer = tracer.unwrap_or_else(|| Box::new(FallbackTracer::new(&hierarchy.mesh)));
     stats.tracer = tracer.name().to_owned();
     Ok(tracer)
+}
+
+/// Embree cannot be used: an error when it is demanded, one warning when it is not.
+fn without_embree(config: &RenderConfig, reason: &EmbreeError) -> Result<(), CliError> {
+    let what = format!("Embree is not usable: {}", reason.summary());
+    if config.tracer == TracerArg::Embree {
+        return Err(CliError::Embree(format!(
+            "{what}; see `lightshaft doctor`, or leave out --tracer embree"
+        )));
+    }
+    if !config.quiet {
+        console::warning(&format!("{what}; using the slower pure-Rust tracer, see `lightshaft doctor`"));
+    }
+    Ok(())
 }
 
 fn solve_options(config: &SolveConfig) -> SolveOptions {

@@ -1,6 +1,6 @@
 //! The hierarchy of bounding boxes (HBB): coplanar triangles are merged into convex facets, facets
 //! are gathered into clusters, and both are numbered in depth-first order, so that **every node is
-//! one interval of facet ids**. Below the facets hang the trees of elements. [GH96]
+//! one interval of facet ids**. Below the facets hang the trees of elements. \[GH96\]
 
 mod elements;
 mod facets;

@@ -14,6 +14,7 @@ const FAR: f64 = 5.0;
 
 /// A node of a pair, with the light it sends.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "elements are most of them, and made far too often for a box")]
 pub(super) enum Party<'a> {
     Element {
         piece: Piece<'a>,

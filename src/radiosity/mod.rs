@@ -1,5 +1,5 @@
-//! Light: elements, form factors, links, refinement, gathering, push-pull and the solution. [HSA91]
-//! [SAG94] [Sil95]
+//! Light: elements, form factors, links, refinement, gathering, push-pull and the solution. \[HSA91\]
+//! \[SAG94\] \[Sil95\]
 //!
 //! Exitance `B` and irradiance `E` are in W/m², radiance in W/(m²·sr), colours linear RGB. Lengths are
 //! local (see [`crate::hierarchy::Frame`]); powers become watts when they leave this room.

@@ -8,7 +8,9 @@ use super::transport::Light;
 use crate::hierarchy::Hierarchy;
 use crate::math::hash_pair;
 use crate::tracer::NO_FACET;
-use crate::visibility::{CandidateSet, Class, Inheritance, Strategy, Tester, VisibilityCounters, Worker};
+use crate::visibility::{
+    CandidateSet, Class, Inheritance, Pair, Strategy, Tester, VisibilityCounters, Worker,
+};
 use rayon::prelude::*;
 use std::ops::AddAssign;
 
@@ -191,17 +193,16 @@ impl<'a> Refiner<'a> {
             return;
         }
 
-        let importance = figures.power / self.thresholds.power;
         let if_partial = self.wanted_split(receiver, source, &figures, true);
-        let (verdict, narrowed) = self.tester.classify(
-            &mut output.worker,
-            &receiver.end(),
-            &source.end(),
-            hash_pair(receiver.key(), source.key()),
-            state.inheritance,
-            if_partial.is_some(),
-            importance,
-        );
+        let pair = Pair {
+            receiver: &receiver.end(),
+            source: &source.end(),
+            seed: hash_pair(receiver.key(), source.key()),
+            inherited: state.inheritance,
+            subdivided: if_partial.is_some(),
+            importance: figures.power / self.thresholds.power,
+        };
+        let (verdict, narrowed) = self.tester.classify(&mut output.worker, &pair);
         if self.is_classic() {
             figures.kernel_error *= verdict.fraction as f64;
             figures.source_error *= verdict.fraction as f64;

@@ -21,7 +21,7 @@ pub struct Stats {
     pub visibility: VisibilityStats,
     /// Gather and push-pull iterations.
     pub iterations: u32,
-    /// Power that still changed in the last iteration, watts (sum over channels).
+    /// Power that still changed in the last iteration, watts (the channel that changed most).
     pub energy_error_w: f64,
     /// Where the power went.
     pub energy: EnergyStats,
@@ -59,7 +59,7 @@ pub struct SceneStats {
 pub struct LinkStats {
     /// All pairs the refinement ended at, stored or not: `visible + invisible + partial`.
     pub total: u64,
-    /// Stored, nothing in between.
+    /// Stored: nothing in between, or a dark source that was not tested.
     pub visible: u64,
     /// Not stored: nothing gets through.
     pub invisible: u64,
@@ -67,7 +67,7 @@ pub struct LinkStats {
     pub partial: u64,
     /// Of `visible`: proved by an empty shaft.
     pub certified_visible: u64,
-    /// Of `invisible`: proved by facing or by a blocker.
+    /// Of `invisible`: proved by a single blocker.
     pub certified_invisible: u64,
     /// Links whose class was inherited from an ancestor pair.
     pub inherited: u64,

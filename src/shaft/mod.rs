@@ -1,5 +1,5 @@
 //! Shafts: convex regions that hold every segment between two nodes. What lies outside cannot block;
-//! when nothing is left inside, the nodes see each other fully, and that is proved. [HW91]
+//! when nothing is left inside, the nodes see each other fully, and that is proved. \[HW91\]
 
 mod blocker;
 mod build;

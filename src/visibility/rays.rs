@@ -1,7 +1,7 @@
 //! Casting the rays of a pair in packets.
 
 use super::test::Worker;
-use super::{NodeEnd, Tester};
+use super::{Pair, Tester};
 use crate::math::PairSequence;
 use crate::shaft::Shaft;
 use crate::tracer::{Candidates, FilterAudit, NO_FACET, PACKET, Segment};
@@ -55,18 +55,17 @@ impl Tester<'_> {
     /// `until_mixed`, stops after the packet in which two rays disagreed (paper §2.4).
     ///
     /// `shaft`, when at hand, is asked about rejected hits; otherwise one is built for that.
-    #[allow(clippy::too_many_arguments)]
     pub(super) fn cast(
         &self,
         worker: &mut Worker,
-        receiver: &NodeEnd<'_>,
-        source: &NodeEnd<'_>,
-        sequence: &PairSequence,
+        pair: &Pair<'_>,
         count: u32,
         until_mixed: bool,
         candidates: Candidates<'_>,
         shaft: Option<&Shaft>,
     ) -> RayCount {
+        let (receiver, source) = (pair.receiver, pair.source);
+        let sequence = PairSequence::new(pair.seed);
         let mut met = RayCount::default();
         let mut audit = FilterAudit::default();
         let mut segments =

@@ -3,7 +3,6 @@
 use super::rays::RayCount;
 use super::{NodeEnd, Strategy, VisibilityCounters, VisibilityOptions};
 use crate::hierarchy::{Hierarchy, Interval};
-use crate::math::PairSequence;
 use crate::shaft::{Shaft, blocks_all, intervals_of};
 use crate::tracer::{BruteTracer, Candidates, NO_FACET, Tracer};
 use std::time::Instant;
@@ -74,6 +73,23 @@ pub struct Inheritance<'a> {
     pub blocker: u32,
 }
 
+/// One pair under test.
+#[derive(Clone, Copy, Debug)]
+pub struct Pair<'a> {
+    /// The node that is lit.
+    pub receiver: &'a NodeEnd<'a>,
+    /// The node that lights it.
+    pub source: &'a NodeEnd<'a>,
+    /// Fixes the sample points, such as [`hash_pair`](crate::math::hash_pair).
+    pub seed: u64,
+    /// What it takes over from its ancestors.
+    pub inherited: Inheritance<'a>,
+    /// About to be split: its class is wanted, its fraction is not.
+    pub subdivided: bool,
+    /// Power of the link over the threshold of refinement.
+    pub importance: f64,
+}
+
 /// Scratch memory and counters of one thread's current task.
 #[derive(Debug, Default)]
 pub struct Worker {
@@ -122,31 +138,18 @@ impl<'a> Tester<'a> {
 
     /// Classifies a pair.
     ///
-    /// `seed` fixes the sample points. With `subdivided` the pair is about to be split, so its class
-    /// is wanted and its fraction is not. `importance` is the power of the link over the threshold of
-    /// refinement. The second result, when there is one, is the narrowed candidate set for the
-    /// children; recycle it when they are done.
-    pub fn classify(
-        &self,
-        worker: &mut Worker,
-        receiver: &NodeEnd<'_>,
-        source: &NodeEnd<'_>,
-        seed: u64,
-        inherited: Inheritance<'_>,
-        subdivided: bool,
-        importance: f64,
-    ) -> (Verdict, Option<CandidateSet>) {
+    /// The second result, when there is one, is the narrowed candidate set for the children; recycle it
+    /// when they are done.
+    pub fn classify(&self, worker: &mut Worker, pair: &Pair<'_>) -> (Verdict, Option<CandidateSet>) {
         let start = Instant::now();
         let rays_before = worker.counters.rays_cast;
         worker.counters.pairs_tested += 1;
-        let pair =
-            Pair { receiver, source, sequence: PairSequence::new(seed), inherited, subdivided, importance };
         let (mut verdict, narrowed) = match self.options.strategy {
-            Strategy::All | Strategy::Root => (self.by_rays(worker, &pair, Candidates::All, None), None),
-            Strategy::Shaft => self.shaft_first(worker, &pair),
-            Strategy::Adaptive => self.rays_first(worker, &pair),
+            Strategy::All | Strategy::Root => (self.by_rays(worker, pair, Candidates::All, None), None),
+            Strategy::Shaft => self.shaft_first(worker, pair),
+            Strategy::Adaptive => self.rays_first(worker, pair),
             Strategy::Sampled => {
-                let met = self.cast_all(worker, &pair, Candidates::All, None);
+                let met = self.cast_all(worker, pair, Candidates::All, None);
                 (Verdict { inheritable: false, ..verdict_of(&met) }, None)
             }
         };
@@ -243,7 +246,7 @@ impl<'a> Tester<'a> {
         shaft: Option<&Shaft>,
     ) -> RayCount {
         let count = self.options.rays.min(CLASSIFYING_RAYS);
-        self.cast(worker, pair.receiver, pair.source, &pair.sequence, count, true, candidates, shaft)
+        self.cast(worker, pair, count, true, candidates, shaft)
     }
 
     fn cast_all(
@@ -253,16 +256,7 @@ impl<'a> Tester<'a> {
         candidates: Candidates<'_>,
         shaft: Option<&Shaft>,
     ) -> RayCount {
-        self.cast(
-            worker,
-            pair.receiver,
-            pair.source,
-            &pair.sequence,
-            self.options.rays,
-            false,
-            candidates,
-            shaft,
-        )
+        self.cast(worker, pair, self.options.rays, false, candidates, shaft)
     }
 
     /// Builds the pair's shaft and narrows the inherited candidates.
@@ -301,16 +295,6 @@ impl<'a> Tester<'a> {
         worker.counters.single_blockers += 1;
         Some(blocker)
     }
-}
-
-/// One pair under test.
-struct Pair<'a> {
-    receiver: &'a NodeEnd<'a>,
-    source: &'a NodeEnd<'a>,
-    sequence: PairSequence,
-    inherited: Inheritance<'a>,
-    subdivided: bool,
-    importance: f64,
 }
 
 impl Verdict {

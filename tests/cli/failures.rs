@@ -117,6 +117,22 @@ fn an_output_where_nobody_may_write_is_code_6() {
         .expect_error(6, &["/proc/a.png"]);
 }
 
+#[cfg(unix)]
+#[test]
+fn an_output_in_a_folder_without_write_permission_is_code_6_before_the_scene_is_read() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = Folder::new();
+    let shut = folder.path("shut");
+    std::fs::create_dir(&shut).expect("a folder");
+    std::fs::set_permissions(&shut, std::fs::Permissions::from_mode(0o555)).expect("rights");
+    if std::fs::write(shut.join("probe"), "").is_ok() {
+        // Rights do not bind root.
+        return;
+    }
+    // The scene does not exist: were it read first, that would be code 3.
+    folder.run(&["render", "scene.toml", "-o", "shut/a.png"]).expect_error(6, &["shut/a.png"]);
+}
+
 #[test]
 fn a_read_only_picture_is_not_replaced() {
     let folder = Folder::with_scene();
@@ -168,8 +184,17 @@ fn an_office_is_not_written_over_somebodys_files() {
     let folder = Folder::with_scene();
     let before = folder.names();
     let office = ["generate", "office", "--floors", "1", "--rooms", "1", "-o"];
-    folder.run(&[&office[..], &["."]].concat()).expect_error(6, &["--force"]);
+    folder.run(&[&office[..], &["."]].concat()).expect_error(6, &["scene.toml", "not generated"]);
     folder.run(&[&office[..], &["scene.toml"]].concat()).expect_error(6, &["scene.toml"]);
     folder.run(&[&office[..], &["scene.toml/deep"]].concat()).expect_error(6, &["scene.toml/deep"]);
     assert_eq!(folder.names(), before);
+    assert_eq!(std::fs::read_to_string(folder.path("scene.toml")).expect("readable"), SCENE);
+}
+
+#[test]
+fn an_office_too_large_to_write_is_code_2() {
+    let folder = Folder::new();
+    let run = folder.run(&["generate", "office", "--floors", "1000", "--rooms", "1000", "-o", "new"]);
+    run.expect_error(2, &["1000000 rooms", "at most"]);
+    assert_eq!(folder.names(), Vec::<String>::new());
 }

@@ -3,4 +3,5 @@
 mod failures;
 mod render;
 mod run;
+mod statistics;
 mod usage;

@@ -2,25 +2,35 @@
 
 use std::path::Path;
 
-use crate::run::{Folder, Run};
-use lightshaft::report::stats::Stats;
+use crate::run::{Folder, MESH, Run, has_embree};
+use crate::statistics::stats;
 
 /// Renders the small scene at low cost; `options` are added.
-fn render(folder: &Folder, output: &str, options: &[&str]) -> Run {
-    let base = ["render", "scene.toml", "-o", output, "--quality", "draft", "--samples", "1"];
+pub(crate) fn render(folder: &Folder, output: &str, options: &[&str]) -> Run {
+    render_file(folder, "scene.toml", output, options)
+}
+
+/// Renders any scene at low cost.
+fn render_file(folder: &Folder, scene: &str, output: &str, options: &[&str]) -> Run {
+    let base = ["render", scene, "-o", output, "--quality", "draft", "--samples", "1"];
     let run = folder.run(&[&base[..], options].concat());
     assert_eq!(run.code, 0, "{run:?}");
     assert_eq!(run.stdout, "", "standard output is for answers, not for reports");
     run
 }
 
-fn size(path: &Path) -> (u32, u32) {
-    image::image_dimensions(path).expect("a picture")
+fn pixels(folder: &Folder, name: &str) -> image::RgbImage {
+    image::open(folder.path(name)).expect("a picture").into_rgb8()
 }
 
-fn stats(folder: &Folder, name: &str) -> Stats {
-    let text = std::fs::read_to_string(folder.path(name)).expect("statistics");
-    serde_json::from_str(&text).expect("the documented schema")
+/// Pixels that have colour in them.
+fn lit_share(picture: &image::RgbImage) -> f64 {
+    let lit = picture.pixels().filter(|p| p.0.iter().any(|&c| c > 0)).count();
+    lit as f64 / picture.pixels().len() as f64
+}
+
+fn size(path: &Path) -> (u32, u32) {
+    image::image_dimensions(path).expect("a picture")
 }
 
 #[test]
@@ -38,35 +48,42 @@ fn pictures_have_the_size_asked_for_and_nothing_else_is_left() {
 }
 
 #[test]
-fn something_is_lit() {
+fn an_exr_holds_radiance_as_it_is() {
     let folder = Folder::with_scene();
     render(&folder, "a.exr", &[]);
     let picture = image::open(folder.path("a.exr")).expect("a picture").into_rgb32f();
-    let lit = picture.pixels().filter(|p| p.0.iter().all(|c| c.is_finite() && *c > 0.0)).count();
-    assert!(lit > 300, "only {lit} of {} pixels are lit", picture.pixels().count());
+    let lit = picture.pixels().filter(|p| p.0.iter().all(|c| *c > 0.0)).count();
+    assert!(lit > 300, "only {lit} of {} pixels are lit", picture.pixels().len());
     assert!(picture.pixels().all(|p| p.0.iter().all(|c| c.is_finite() && *c >= 0.0)));
+    // The lamp reflects nothing, so it is seen with the radiance that the scene gives it.
+    let brightest = picture.pixels().map(|p| p.0).max_by(|a, b| a[0].total_cmp(&b[0]));
+    assert_eq!(brightest, Some([12.0, 11.0, 10.0]));
 }
 
 #[test]
-fn an_old_picture_is_replaced() {
+fn an_old_picture_is_replaced_in_one_step() {
     let folder = Folder::with_scene();
     folder.write("a.png", "old");
+    std::fs::hard_link(folder.path("a.png"), folder.path("kept.png")).expect("a second name");
     render(&folder, "a.png", &[]);
     assert_eq!(size(&folder.path("a.png")), (64, 48));
+    // The old file was not written to: a reader that has it open keeps the whole old picture.
+    assert_eq!(std::fs::read(folder.path("kept.png")).expect("readable"), b"old");
 }
 
 #[test]
-fn statistics_say_what_was_asked_for() {
+fn the_view_of_the_mesh_is_another_picture() {
     let folder = Folder::with_scene();
-    render(&folder, "a.png", &["--stats", "a.json", "--threads", "1", "--visibility", "shaft"]);
-    let stats = stats(&folder, "a.json");
-    assert_eq!((stats.strategy.as_str(), stats.threads), ("shaft", 1));
-    assert_eq!(stats.visibility.culling_anomalies, 0);
-    assert_eq!(stats.links.total, stats.links.visible + stats.links.invisible + stats.links.partial);
-    assert_eq!(stats.tracer == "embree", stats.embree_version.is_some());
-    let phases = &stats.seconds;
-    let sum = phases.load + phases.build + phases.refine + phases.solve + phases.render;
-    assert!(sum <= phases.total * 1.05 + 0.01, "phases take {sum} s of {} s", phases.total);
+    render(&folder, "shaded.png", &[]);
+    render(&folder, "mesh.png", &["--view", "mesh"]);
+    let (shaded, mesh) = (pixels(&folder, "shaded.png"), pixels(&folder, "mesh.png"));
+    assert_eq!(shaded.dimensions(), mesh.dimensions());
+    let others = shaded.pixels().zip(mesh.pixels()).filter(|(a, b)| a != b).count();
+    assert!(others * 4 > shaded.pixels().len(), "only {others} pixels differ");
+    // The surfaces are grey, so what is blue or green in the view of the mesh is the class of a link.
+    let is_coloured = |p: &&image::Rgb<u8>| p.0[1].max(p.0[2]) > p.0[0].saturating_add(30);
+    assert_eq!(shaded.pixels().filter(is_coloured).count(), 0);
+    assert!(mesh.pixels().filter(is_coloured).count() > 100, "no visible links are shown");
 }
 
 #[test]
@@ -87,31 +104,51 @@ fn the_table_goes_to_standard_error_without_a_bar() {
 }
 
 #[test]
-fn without_embree_one_warning_and_the_fallback() {
-    let folder = Folder::with_scene();
-    let run = render(&folder, "a.png", &["--embree-lib", "no-such-embree.so", "--stats", "a.json"]);
-    let about: Vec<&str> = run.stderr.lines().filter(|line| line.contains("Embree")).collect();
-    let [warning] = about[..] else { panic!("not one line about it: {run:?}") };
-    assert!(warning.starts_with("warning: "), "{warning}");
-    let stats = stats(&folder, "a.json");
-    assert_eq!((stats.tracer.as_str(), stats.embree_version), ("fallback", None));
-}
-
-#[test]
-fn the_number_of_threads_changes_no_bit() {
-    let folder = Folder::with_scene();
-    render(&folder, "one.exr", &["--threads", "1"]);
-    render(&folder, "four.exr", &["--threads", "4"]);
-    let bytes = |name: &str| std::fs::read(folder.path(name)).expect("readable");
-    assert!(bytes("one.exr") == bytes("four.exr"), "the picture depends on the number of threads");
-}
-
-#[test]
 fn every_strategy_and_tracer_renders() {
     let folder = Folder::with_scene();
-    for strategy in ["all", "root", "shaft", "adaptive", "sampled"] {
-        render(&folder, "a.png", &["--visibility", strategy, "--tracer", "fallback", "--stats", "a.json"]);
-        assert_eq!(stats(&folder, "a.json").strategy, strategy);
+    let tracers = if has_embree(&folder) { &["embree", "fallback"][..] } else { &["fallback"] };
+    for tracer in tracers {
+        for strategy in ["all", "root", "shaft", "adaptive", "sampled"] {
+            render(&folder, "a.png", &["--visibility", strategy, "--tracer", tracer, "--stats", "a.json"]);
+            let stats = stats(&folder, "a.json");
+            assert_eq!((stats.strategy.as_str(), stats.tracer.as_str()), (strategy, *tracer));
+            assert_eq!(stats.visibility.culling_anomalies, 0);
+            let lit = lit_share(&pixels(&folder, "a.png"));
+            assert!(lit > 0.2, "{strategy} on {tracer}: only {lit} of the picture is lit");
+        }
+    }
+}
+
+#[test]
+fn a_bare_mesh_is_enough_when_its_materials_emit() {
+    let folder = Folder::new();
+    folder.write("room.mtl", "newmtl wall\nKd 0.7 0.6 0.5\nnewmtl lamp\nKd 0 0 0\nKe 9 9 9\n");
+    let lamp = "v -0.3 1.9 -0.3\nv 0.3 1.9 -0.3\nv 0.3 1.9 0.3\nv -0.3 1.9 0.3\nusemtl lamp\nf -4 -3 -2 -1\n";
+    folder.write("room.obj", format!("mtllib room.mtl\nusemtl wall\n{MESH}{lamp}"));
+    let run = render_file(&folder, "room.obj", "a.png", &["--width", "64", "--stats", "a.json"]);
+    let about_files = |line: &&str| line.starts_with("warning: ") && line.contains("room.");
+    assert_eq!(run.stderr.lines().find(about_files), None);
+    let stats = stats(&folder, "a.json");
+    assert_eq!((stats.scene.triangles_initial, stats.scene.materials), (8, 2));
+    assert_eq!(size(&folder.path("a.png")), (64, 48));
+    let lit = lit_share(&pixels(&folder, "a.png"));
+    assert!(lit > 0.2, "only {lit} of the picture is lit");
+}
+
+#[test]
+fn a_generated_office_renders_from_both_its_cameras() {
+    let folder = Folder::new();
+    let office = folder.run(&["generate", "office", "--floors", "1", "--rooms", "1", "-o", "office"]);
+    assert_eq!(office.code, 0, "{office:?}");
+    for camera in ["room", "corridor"] {
+        let options = ["--camera", camera, "--width", "64", "--stats", "a.json"];
+        render_file(&folder, "office/scene.toml", "a.png", &options);
+        let stats = stats(&folder, "a.json");
+        assert!(office.stdout.contains(&format!("{} triangles", stats.scene.triangles_initial)));
+        assert_eq!(stats.visibility.culling_anomalies, 0);
+        // The building is closed, so every ray ends on something; only the darkest corners stay black.
+        let lit = lit_share(&pixels(&folder, "a.png"));
+        assert!(lit > 0.9, "{camera}: only {lit} of the picture is lit");
     }
 }
 
@@ -120,7 +157,7 @@ fn exposure_multiplies() {
     let folder = Folder::with_scene();
     let mean = |exposure: &str| {
         render(&folder, "a.png", &["--exposure", exposure]);
-        let picture = image::open(folder.path("a.png")).expect("a picture").into_rgb8();
+        let picture = pixels(&folder, "a.png");
         picture.as_raw().iter().map(|&b| f64::from(b)).sum::<f64>() / picture.as_raw().len() as f64
     };
     let (dark, bright) = (mean("0.01"), mean("1"));

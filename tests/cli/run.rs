@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// A corner of a room: floor and wall from the mesh, a lamp from the description, two cameras.
+/// A corner of a room: floor, wall and a board that throws a shadow from the mesh, a lamp from the
+/// description, two cameras.
 pub(crate) const SCENE: &str = r#"
 mesh = "corner.obj"
 meters_per_unit = 1.0
@@ -26,6 +27,9 @@ vfov_deg = 45
 width = 40
 height = 40
 
+[material.default]
+reflectance = [0.5, 0.5, 0.5]
+
 [[quad]]
 name = "lamp"
 corners = [[-0.3, 2, -0.3], [0.3, 2, -0.3], [0.3, 2, 0.3], [-0.3, 2, 0.3]]
@@ -41,8 +45,13 @@ v 1 0 1
 v -1 0 1
 v -1 2 -1
 v 1 2 -1
+v -0.4 0.5 -0.4
+v 0.4 0.5 -0.4
+v 0.4 0.5 0.4
+v -0.4 0.5 0.4
 f 4 3 2 1
 f 1 2 6 5
+f 10 9 8 7
 ";
 
 /// A folder of its own for one test, removed with it.
@@ -90,6 +99,14 @@ impl Folder {
         command.args(arguments).current_dir(self.0.path()).env_remove("RUST_BACKTRACE").stdin(Stdio::null());
         command
     }
+}
+
+/// Whether the binary finds a usable Embree here; fails the test when one is required and it does not.
+pub(crate) fn has_embree(folder: &Folder) -> bool {
+    let doctor = folder.run(&["doctor"]);
+    let is_required = std::env::var_os("LIGHTSHAFT_REQUIRE_EMBREE").is_some_and(|value| value == "1");
+    assert!(doctor.code == 0 || !is_required, "Embree is required here:\n{}", doctor.stdout);
+    doctor.code == 0
 }
 
 pub(crate) fn names(folder: &Path) -> Vec<String> {

@@ -9,19 +9,25 @@ mod small_things;
 mod variation;
 
 use std::fmt::Write as _;
-use std::io::{BufRead, BufReader, BufWriter, Write};
+use std::io::{BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
 use obj_writer::ObjWriter;
 
-/// First words of a description that was written here, so that it may be replaced.
+/// First words of the mesh and the description, so that those written here may be replaced.
 const SIGNATURE: &str = "# Office building";
-/// Most rooms of one building; about 60 million triangles.
+/// First words of the materials.
+const MATERIALS_SIGNATURE: &str = "# Materials of an office building";
+/// Every file of a building and its first words, in the order in which they appear.
+const FILES: [(&str, &str); 3] =
+    [("office.obj", SIGNATURE), ("office.mtl", MATERIALS_SIGNATURE), ("scene.toml", SIGNATURE)];
+/// Most rooms of one building; about 70 million triangles.
 const MOST_ROOMS: u64 = 10_000;
 
-/// How large an office building to write. A room has 4 to 7 thousand triangles.
+/// How large an office building to write. A room with its share of the corridor has about 7
+/// thousand triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OfficeOptions {
     /// Storeys, at least 1.
@@ -55,8 +61,8 @@ pub enum GenerateError {
     /// The numbers make no building.
     #[error("{0}")]
     Options(String),
-    /// The folder holds a scene that was not generated.
-    #[error("{}: a scene of your own is here already; choose another folder", .0.display())]
+    /// Something that was not generated stands where a file should go.
+    #[error("{}: is here already and was not generated; choose another folder", .0.display())]
     Occupied(PathBuf),
     /// The folder cannot be made or written to.
     #[error("{}: cannot be written ({source}); choose another folder or free some space", .path.display())]
@@ -83,7 +89,7 @@ impl OfficeOptions {
         }
         if self.room_count() > MOST_ROOMS {
             let message = format!(
-                "{} floors of {} rooms are {} rooms; at most {MOST_ROOMS} (about 60 million triangles) are \
+                "{} floors of {} rooms are {} rooms; at most {MOST_ROOMS} (about 70 million triangles) are \
                  written, so choose fewer",
                 self.floors,
                 self.rooms,
@@ -113,7 +119,8 @@ impl OfficeOptions {
 
 /// Writes `office.obj`, `office.mtl` and `scene.toml` into `out_dir`, which is made if needed.
 ///
-/// Each file appears under its name only when it is complete, the description last.
+/// Each file appears under its name only when it is complete, the description last. Files of these names
+/// are replaced if they were generated too; other files in the folder are left alone.
 ///
 /// # Errors
 /// [`GenerateError`]; nothing half-written is left behind.
@@ -124,9 +131,11 @@ pub fn generate_office(options: &OfficeOptions, out_dir: &Path) -> Result<Office
         move |source| GenerateError::Io { path, source }
     };
     std::fs::create_dir_all(out_dir).map_err(failed(out_dir))?;
-    let scene = out_dir.join("scene.toml");
-    if scene.exists() && !is_generated(&scene) {
-        return Err(GenerateError::Occupied(scene));
+    for (name, signature) in FILES {
+        let path = out_dir.join(name);
+        if path.symlink_metadata().is_ok() && !starts_with(&path, signature) {
+            return Err(GenerateError::Occupied(path));
+        }
     }
     let mesh_file = temporary_in(out_dir).map_err(failed(out_dir))?;
     let mut mesh = ObjWriter::new(BufWriter::with_capacity(1 << 18, mesh_file));
@@ -140,12 +149,11 @@ pub fn generate_office(options: &OfficeOptions, out_dir: &Path) -> Result<Office
         .map_err(failed(out_dir))?;
     let materials_file = written(out_dir, &materials_text()).map_err(failed(out_dir))?;
     let scene_file = written(out_dir, &scene_text(options, triangles)).map_err(failed(out_dir))?;
-    for (file, name) in
-        [(mesh_file, "office.obj"), (materials_file, "office.mtl"), (scene_file, "scene.toml")]
-    {
+    for (file, (name, _)) in [mesh_file, materials_file, scene_file].into_iter().zip(FILES) {
         let path = out_dir.join(name);
         file.persist(&path).map_err(|error| GenerateError::Io { path, source: error.error })?;
     }
+    let scene = out_dir.join("scene.toml");
     Ok(OfficeSummary { scene, triangles, rooms: options.room_count() })
 }
 
@@ -167,14 +175,18 @@ fn written(folder: &Path, text: &str) -> std::io::Result<NamedTempFile> {
     Ok(file)
 }
 
-fn is_generated(scene: &Path) -> bool {
-    let mut start = String::new();
-    let read = std::fs::File::open(scene).and_then(|file| BufReader::new(file).read_line(&mut start));
-    read.is_ok() && start.starts_with(SIGNATURE)
+/// Whether a regular file starts with these words.
+fn starts_with(path: &Path, words: &str) -> bool {
+    let mut start = Vec::new();
+    let read = path.is_file()
+        && std::fs::File::open(path)
+            .and_then(|file| file.take(words.len() as u64).read_to_end(&mut start))
+            .is_ok();
+    read && start == words.as_bytes()
 }
 
 fn materials_text() -> String {
-    let mut text = String::from("# Materials of an office building: linear RGB reflectance and radiance\n");
+    let mut text = format!("{MATERIALS_SIGNATURE}: linear RGB reflectance and radiance\n");
     for material in building::MATERIALS {
         let [r, g, b] = material.reflectance;
         // Writing to a string does not fail.

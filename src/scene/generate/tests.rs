@@ -120,18 +120,34 @@ fn senseless_sizes_are_refused_and_nothing_is_written() {
 }
 
 #[test]
-fn a_scene_of_the_users_own_is_never_replaced() {
-    let folder = tempfile::tempdir().unwrap();
+fn a_file_of_the_users_own_is_never_replaced() {
     let options = OfficeOptions { floors: 1, rooms: 1, seed: 1 };
-    std::fs::write(folder.path().join("scene.toml"), "mesh = \"mine.obj\"\n").unwrap();
-    let error = generate_office(&options, folder.path()).unwrap_err();
-    assert!(matches!(error, GenerateError::Occupied(_)), "{error}");
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
-    std::fs::remove_file(folder.path().join("scene.toml")).unwrap();
-    generate_office(&options, folder.path()).unwrap();
-    // One written here is.
-    generate_office(&options, folder.path()).unwrap();
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3);
+    for name in ["scene.toml", "office.obj", "office.mtl"] {
+        let folder = tempfile::tempdir().unwrap();
+        let own = folder.path().join(name);
+        for content in ["mine\n", "", "# Office"] {
+            std::fs::write(&own, content).unwrap();
+            let error = generate_office(&options, folder.path()).unwrap_err();
+            assert!(matches!(&error, GenerateError::Occupied(path) if path == &own), "{error}");
+            assert_eq!(std::fs::read_to_string(&own).unwrap(), content);
+            assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+        }
+        std::fs::remove_file(&own).unwrap();
+        std::fs::create_dir(&own).unwrap();
+        assert!(matches!(generate_office(&options, folder.path()), Err(GenerateError::Occupied(_))));
+    }
+}
+
+#[test]
+fn a_generated_building_is_replaced_and_its_neighbours_are_not() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("notes.txt"), "mine").unwrap();
+    generate_office(&OfficeOptions { floors: 1, rooms: 1, seed: 1 }, folder.path()).unwrap();
+    let before = std::fs::read(folder.path().join("office.obj")).unwrap();
+    generate_office(&OfficeOptions { floors: 1, rooms: 2, seed: 1 }, folder.path()).unwrap();
+    assert_ne!(std::fs::read(folder.path().join("office.obj")).unwrap(), before);
+    assert_eq!(std::fs::read(folder.path().join("notes.txt")).unwrap(), b"mine");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 4);
 }
 
 #[test]

@@ -28,6 +28,18 @@ pub enum EmbreeError {
     },
 }
 
+impl EmbreeError {
+    /// One line, for a warning; `Display` names every place that was tried, on lines of their own.
+    pub fn summary(&self) -> String {
+        let EmbreeError::NotFound { tried } = self else { return self.to_string() };
+        // A library that is there and does not fit says more than places where there is none.
+        match tried.iter().find(|attempt| attempt.is_of_a_library() || tried.len() == 1) {
+            Some(attempt) => attempt.to_string(),
+            None => "no version from 4.3 to below 5 was found".to_owned(),
+        }
+    }
+}
+
 /// One place where Embree was looked for in vain.
 #[derive(Debug)]
 pub struct Attempt {
@@ -37,6 +49,17 @@ pub struct Attempt {
     pub place: Option<PathBuf>,
     /// Why it did not fit.
     pub refusal: Refusal,
+}
+
+impl Attempt {
+    /// Whether a library was there. The system's loader does not say, so what it cannot load is not.
+    fn is_of_a_library(&self) -> bool {
+        match self.refusal {
+            Refusal::Nothing(_) => false,
+            Refusal::NotLoadable(_) => self.origin != Origin::System,
+            _ => true,
+        }
+    }
 }
 
 /// Where a library came from, in the order of the search.
@@ -108,4 +131,27 @@ impl fmt::Display for Attempt {
 
 fn list(tried: &[Attempt]) -> String {
     tried.iter().map(|attempt| format!("\n  {attempt}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn attempt(origin: Origin, refusal: Refusal) -> Attempt {
+        Attempt { origin, place: Some("some/libembree4.so".into()), refusal }
+    }
+
+    #[test]
+    fn the_summary_is_one_line_about_what_matters_most() {
+        let old = || Refusal::Version(Version { major: 4, minor: 2, patch: 0 });
+        let nothing = || attempt(Origin::Executable, Refusal::Nothing("no libembree4 is there"));
+        for (tried, words) in [
+            (vec![nothing(), nothing()], "no version from 4.3"),
+            (vec![nothing(), attempt(Origin::System, old()), nothing()], "(system): it is version 4.2.0"),
+            (vec![nothing()], "(beside the executable): no libembree4"),
+        ] {
+            let summary = EmbreeError::NotFound { tried }.summary();
+            assert!(summary.contains(words) && summary.lines().count() == 1, "{summary}");
+        }
+    }
 }
