@@ -69,9 +69,9 @@ struct Preset {
 impl Preset {
     const fn of(quality: QualityArg) -> Self {
         let (epsilon, contrast, resolution, rays, iterations, samples) = match quality {
-            QualityArg::Draft => (4e-3, 0.2, 64.0, 4, 50, 4),
-            QualityArg::Normal => (5e-4, 0.05, 200.0, 16, 100, 16),
-            QualityArg::High => (1e-4, 0.02, 400.0, 32, 200, 36),
+            QualityArg::Draft => (1e-3, 0.4, 64.0, 4, 50, 4),
+            QualityArg::Normal => (3e-5, 0.1, 200.0, 16, 100, 16),
+            QualityArg::High => (5e-6, 0.05, 400.0, 32, 200, 36),
         };
         Self { epsilon, contrast, resolution, rays, iterations, samples }
     }

@@ -156,6 +156,8 @@ pub(super) struct Estimate {
     pub(super) power: f64,
     /// Irradiance it brings.
     pub(super) irradiance: f64,
+    /// The nodes are too close for a cluster's factor to mean anything.
+    pub(super) near: bool,
     /// Power that may go wrong because the kernel differs over the receiver (or over a cluster).
     pub(super) kernel_error: f64,
     /// Power that may go wrong because the source is not uniform.
@@ -181,6 +183,7 @@ pub(super) fn estimate(
             spread,
             power: factor * exitance * area,
             irradiance: factor * exitance,
+            near: false,
             kernel_error: 0.5 * spread * exitance * area,
             source_error: 0.5 * factor * variation * area,
         });
@@ -242,22 +245,25 @@ fn cluster_estimate(
     let distance = to_source.length();
     let area = receiver.area(hierarchy);
     let (sent, peak) = source.output(light);
-    // Inside each other's spheres the kernel means nothing; it is kept finite, and the error says so.
+    // Inside each other's spheres the kernel means little: the error says so, and the mean square
+    // distance of their points, about a third of the squared radii more, keeps it finite.
     let near = distance < reach;
-    let safe = distance.max(reach).max(f64::MIN_POSITIVE);
+    let radii = [receiver, source].map(|party| party.radius(hierarchy).powi(2)).iter().sum::<f64>();
+    let safe = (distance * distance + radii / 3.0).sqrt().max(f64::MIN_POSITIVE);
     let direction = if distance > 0.0 { to_source / distance } else { DVec3::ZERO };
     // A cluster that straddles the horizon is seen at a small angle at least.
-    let cosine = |party: &Party<'_>, towards: DVec3, other: &Party<'_>| match party {
+    let cosine = match receiver {
         Party::Element { piece, .. } => {
-            piece.plane.normal.dot(towards).max(0.25 * other.radius(hierarchy) / safe).min(1.0)
+            piece.plane.normal.dot(direction).max(0.25 * source.radius(hierarchy) / safe).min(1.0)
         }
         Party::Cluster(_) => 1.0,
     };
-    let received = cosine(receiver, direction, source) / (safe * safe);
+    let received = cosine / (safe * safe);
     // No link brings more irradiance than the source has exitance.
     let (factor, intensity) = match source {
-        Party::Element { area, exitance, .. } => {
-            ((received * cosine(source, -direction, receiver) * area / PI).min(1.0), *exitance)
+        Party::Element { piece, exitance, .. } => {
+            let center = receiver.center(hierarchy);
+            (PolygonSource::new(&piece.polygon, piece.plane).form_factor(center, direction), *exitance)
         }
         Party::Cluster(node) => {
             let received = received.min(PI / source.area(hierarchy).max(f64::MIN_POSITIVE));
@@ -269,12 +275,17 @@ fn cluster_estimate(
     // More than it sends, or more than its brightest part everywhere, cannot arrive.
     let most = sent.min(peak * area);
     let power = if near { most } else { (factor * intensity * area).min(most) };
-    let relative = if near { 1.0 } else { reach / distance };
+    let relative = match source {
+        _ if near => 1.0,
+        Party::Element { .. } => receiver.radius(hierarchy) / distance,
+        Party::Cluster(_) => reach / distance,
+    };
     Estimate {
         factor,
         spread: factor * relative,
         power,
         irradiance: power / area.max(f64::MIN_POSITIVE),
+        near,
         kernel_error: 0.5 * power * relative,
         source_error: 0.0,
     }

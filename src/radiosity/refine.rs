@@ -256,18 +256,25 @@ impl<'a> Refiner<'a> {
         let limits = &self.thresholds;
         let classic = self.is_classic();
         let (can_receiver, can_source) = (self.can_split(receiver), self.can_split(source));
-        // A shadow, or a whole cluster lit as one, shows on the receiver however little power it is.
-        let coarse = partial && !classic || matches!(receiver, Party::Cluster(_));
-        let seen = receiver.radius(self.hierarchy) * 2.0 > limits.min_size;
-        if coarse
-            && seen
-            && can_receiver
-            && !is_same(receiver, source)
-            && 0.5 * figures.irradiance > limits.irradiance
+        // A shadow, a whole cluster lit as one or lit by one it lies in: that shows on the receiver,
+        // however little power it is.
+        let bright = 0.5 * figures.irradiance > limits.irradiance
+            && receiver.radius(self.hierarchy) * 2.0 > limits.min_size
+            && !is_same(receiver, source);
+        if bright
+            && figures.near
+            && source.radius(self.hierarchy) > receiver.radius(self.hierarchy)
+            && can_source
         {
+            return Some(Split::Source);
+        }
+        let coarse = partial && !classic || matches!(receiver, Party::Cluster(_));
+        if bright && coarse && can_receiver {
             return Some(Split::Receiver);
         }
-        // What the rest of the scene gets: whatever makes the pair simpler will do.
+        // What the rest of the scene gets. The larger node is split: splitting the smaller one makes
+        // more links, each as wrong as before.
+        let larger_source = source.radius(self.hierarchy) > receiver.radius(self.hierarchy);
         let uneven = figures.source_error > limits.power;
         let kernel = figures.kernel_error > limits.power;
         let shadow = partial && !classic && 0.25 * figures.power > limits.power;
@@ -282,7 +289,6 @@ impl<'a> Refiner<'a> {
                 if uneven && can_source {
                     return Some(Split::Source);
                 }
-                let larger_source = source.radius(self.hierarchy) > receiver.radius(self.hierarchy);
                 match (can_receiver, can_source) {
                     (_, true) if shadow && larger_source => Some(Split::Source),
                     (true, _) if shadow => Some(Split::Receiver),
@@ -292,15 +298,15 @@ impl<'a> Refiner<'a> {
             _ if !(kernel || shadow) => None,
             _ if is_same(receiver, source) => Some(Split::Both),
             (Party::Cluster(_), Party::Cluster(_)) => {
-                let larger_source = source.radius(self.hierarchy) > receiver.radius(self.hierarchy);
                 Some(if larger_source { Split::Source } else { Split::Receiver })
             }
             (Party::Cluster(_), element) | (element, Party::Cluster(_)) => {
                 let receiver_is_cluster = matches!(receiver, Party::Cluster(_));
-                let cluster = if receiver_is_cluster { receiver } else { source };
-                let split_element = self.can_split(element)
-                    && element.radius(self.hierarchy) > cluster.radius(self.hierarchy);
-                Some(if split_element != receiver_is_cluster { Split::Receiver } else { Split::Source })
+                // The form factor of an element that sends is exact, whatever its size.
+                if !self.can_split(element) || receiver_is_cluster && !figures.near {
+                    return Some(if receiver_is_cluster { Split::Receiver } else { Split::Source });
+                }
+                Some(if larger_source { Split::Source } else { Split::Receiver })
             }
         }
     }

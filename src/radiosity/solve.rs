@@ -1,9 +1,10 @@
 //! From a hierarchy to a solution: refine and iterate until the energy error is small.
 
+use super::escape::escaped_power;
 use super::forest::Forest;
 use super::links::{Link, LinkClass, LinkSet};
 use super::refine::{RefineCounters, Refiner, Thresholds};
-use super::transport::{Light, Materials, Surface, Unit};
+use super::transport::{Cap, Light, Materials, Surface};
 use crate::hierarchy::Hierarchy;
 use crate::progress::Progress;
 use crate::tracer::Tracer;
@@ -46,7 +47,7 @@ pub struct Energy {
     pub emitted: f64,
     /// Absorbed by surfaces.
     pub absorbed: f64,
-    /// Left the scene.
+    /// Left the scene, found with rays.
     pub escaped: f64,
     /// What still changed in the last iteration.
     pub error: f64,
@@ -134,6 +135,7 @@ pub fn solve(
     // A single facet has nothing to exchange light with.
     let first = if hierarchy.nodes[0].is_leaf() { Vec::new() } else { vec![SELF_LINK] };
     let mut links = LinkSet::new(first, hierarchy.nodes.len() + forest.len());
+    let mut cap = Cap::new(hierarchy, &forest, &links);
     let mut counters = RefineCounters::default();
     let emitted = emitted_power(hierarchy, &forest);
     let (mut refine_seconds, mut solve_seconds) = (0.0, 0.0);
@@ -153,11 +155,12 @@ pub fn solve(
             light = light.renumbered(&forest, &new_from_old);
             settled = iterations as usize > SCHEDULE.len() && added as f64 <= SETTLED * refined.len() as f64;
             links = LinkSet::new(refined, hierarchy.nodes.len() + forest.len());
+            cap = Cap::new(hierarchy, &forest, &links);
             progress.finish();
             refine_seconds += start.elapsed().as_secs_f64();
         }
         let start = Instant::now();
-        let next = light.iterate(hierarchy, &forest, &links, &Materials { hierarchy, forest: &forest });
+        let next = light.iterate(hierarchy, &forest, &links, &Materials { hierarchy, forest: &forest }, &cap);
         error = changed_power(&forest, &light, &next);
         light = next;
         iterations += 1;
@@ -165,7 +168,7 @@ pub fn solve(
         solve_seconds += start.elapsed().as_secs_f64();
     }
 
-    let energy = balance(hierarchy, &forest, &links, &light, error, square_meters);
+    let energy = balance(hierarchy, &forest, &light, tracer, error, square_meters);
     let min_size = thresholds.min_size * hierarchy.frame.scene_units_per_local();
     Solution { forest, light, links, counters, iterations, energy, min_size, refine_seconds, solve_seconds }
 }
@@ -265,18 +268,16 @@ fn changed_power(forest: &Forest, before: &Light, after: &Light) -> f64 {
 
 /// Follows the power: what is emitted is absorbed or escapes.
 ///
-/// What escapes is computed from the senders' side, with the share of each hemisphere that is covered
-/// by surfaces, so the balance also shows errors of reciprocity.
+/// What escapes is found with rays, not with the links, so the balance shows what the links get wrong.
 fn balance(
     hierarchy: &Hierarchy,
     forest: &Forest,
-    links: &LinkSet,
     light: &Light,
+    tracer: &dyn Tracer,
     error: f64,
     square_meters: f64,
 ) -> Energy {
     let materials = Materials { hierarchy, forest };
-    let covered = Light::emitted(hierarchy, forest, &Unit).iterate(hierarchy, forest, links, &Unit);
     let mut energy = Energy::default();
     for side in 0..forest.side_count() {
         let (emission, reflectance) = materials.of(side);
@@ -288,9 +289,9 @@ fn balance(
             let sum = |v: Vec3| (v.x + v.y + v.z) as f64 * area;
             energy.emitted += sum(emission);
             energy.absorbed += sum(light.irradiance[element] * (Vec3::ONE - reflectance));
-            energy.escaped += sum(light.exitance[element] * (Vec3::ONE - covered.irradiance[element]));
         }
     }
+    energy.escaped = escaped_power(hierarchy, forest, light, tracer) * square_meters;
     energy.error = error * square_meters;
     energy
 }

@@ -29,6 +29,37 @@ pub struct Light {
     pub peak: Vec<f32>,
 }
 
+/// What every leaf's irradiance is multiplied by so that no point sees more than its hemisphere.
+///
+/// Between surfaces that nearly touch, form factors at a few points add up to more than 1, and light
+/// would grow between them without end. Only links between elements count: those of clusters are
+/// coarse where little light flows, and say nothing about the hemisphere.
+#[derive(Clone, Debug)]
+pub(super) struct Cap(Vec<f32>);
+
+impl Cap {
+    /// One over the share of the hemisphere the links cover, where that exceeds 1.
+    pub(super) fn new(hierarchy: &Hierarchy, forest: &Forest, links: &LinkSet) -> Cap {
+        let clusters = hierarchy.nodes.len() as u32;
+        let mut covered: Vec<f32> = (0..forest.len() as u32)
+            .into_par_iter()
+            .with_min_len(256)
+            .map(|element| {
+                let links = links.of(clusters + element).iter();
+                links.filter(|link| link.source >= clusters).map(|link| link.factor * link.visibility).sum()
+            })
+            .collect();
+        for element in 0..covered.len() {
+            let second = forest.second[element] as usize;
+            if second != 0 {
+                covered[element + 1] += covered[element];
+                covered[second] += covered[element];
+            }
+        }
+        Cap(covered.into_iter().map(|share| 1.0 / share.max(1.0)).collect())
+    }
+}
+
 /// What a surface does with the light that reaches it.
 pub(super) trait Surface: Sync {
     /// Own exitance and reflectance of a side.
@@ -50,16 +81,6 @@ impl Surface for Materials<'_> {
     }
 }
 
-/// Unit exitance everywhere, whatever arrives: its irradiance is the part of the hemisphere that is
-/// covered by surfaces.
-pub(super) struct Unit;
-
-impl Surface for Unit {
-    fn of(&self, _: usize) -> (Vec3, Vec3) {
-        (Vec3::ONE, Vec3::ZERO)
-    }
-}
-
 impl Light {
     /// The light before the first iteration: emission only.
     pub(super) fn emitted(hierarchy: &Hierarchy, forest: &Forest, surface: &dyn Surface) -> Light {
@@ -71,7 +92,8 @@ impl Light {
             variation: vec![0.0; forest.len()],
             ..Light::default()
         };
-        light.push_pull(hierarchy, forest, surface, &elements, dark);
+        let cap = Cap(vec![1.0; forest.len()]);
+        light.push_pull(hierarchy, forest, surface, &cap, &elements, dark);
         light
     }
 
@@ -104,6 +126,7 @@ impl Light {
         forest: &Forest,
         links: &LinkSet,
         surface: &dyn Surface,
+        cap: &Cap,
     ) -> Light {
         let clusters = hierarchy.nodes.len() as u32;
         let gathered: Vec<Vec3> = (0..forest.len() as u32)
@@ -134,7 +157,7 @@ impl Light {
             variation: vec![0.0; forest.len()],
             ..Light::default()
         };
-        next.push_pull(hierarchy, forest, surface, &gathered, lobes);
+        next.push_pull(hierarchy, forest, surface, cap, &gathered, lobes);
         next
     }
 
@@ -162,6 +185,7 @@ impl Light {
         hierarchy: &Hierarchy,
         forest: &Forest,
         surface: &dyn Surface,
+        cap: &Cap,
         gathered: &[Vec3],
         mut lobes: Vec<CosineLobes>,
     ) {
@@ -173,7 +197,7 @@ impl Light {
                 }
             }
         }
-        self.push_pull_elements(hierarchy, forest, surface, gathered, &lobes);
+        self.push_pull_elements(hierarchy, forest, surface, cap, gathered, &lobes);
         self.pull_clusters(hierarchy, forest, lobes);
     }
 
@@ -182,6 +206,7 @@ impl Light {
         hierarchy: &Hierarchy,
         forest: &Forest,
         surface: &dyn Surface,
+        cap: &Cap,
         gathered: &[Vec3],
         lobes: &[CosineLobes],
     ) {
@@ -199,7 +224,7 @@ impl Light {
         }
         blocks.into_par_iter().for_each(|(sides, exitance, irradiance, variation)| {
             let offset = forest.first_element[sides.start] as usize;
-            let mut block = Block { forest, gathered, offset, exitance, irradiance, variation };
+            let mut block = Block { forest, gathered, cap, offset, exitance, irradiance, variation };
             for index in sides {
                 let side = forest.side(index);
                 let normal = hierarchy.facets[side.facet as usize].plane.normal.as_vec3();
@@ -257,6 +282,7 @@ pub(super) fn direction(hierarchy: &Hierarchy, forest: &Forest, link: &Link) -> 
 struct Block<'a> {
     forest: &'a Forest,
     gathered: &'a [Vec3],
+    cap: &'a Cap,
     offset: usize,
     exitance: &'a mut [Vec3],
     irradiance: &'a mut [Vec3],
@@ -272,6 +298,7 @@ impl Block<'_> {
         let second = self.forest.second[element as usize];
         if second == 0 {
             let (emitted, reflectance) = surface;
+            let irradiance = irradiance * self.cap.0[element as usize];
             self.irradiance[own] = irradiance;
             self.exitance[own] = emitted + reflectance * irradiance;
             let exitance = self.exitance[own].max_element();

@@ -30,6 +30,14 @@ impl NodeEnd<'_> {
         }
     }
 
+    /// Its middle.
+    pub fn center(&self, hierarchy: &Hierarchy) -> DVec3 {
+        match self {
+            NodeEnd::Element { polygon, .. } => polygon.center(),
+            NodeEnd::Cluster(node) => hierarchy.nodes[*node as usize].center.as_dvec3(),
+        }
+    }
+
     /// The surface point at `(u, v)` of the unit square, uniform over the area, and its facet.
     pub fn surface_point(&self, hierarchy: &Hierarchy, u: f64, v: f64) -> (DVec3, u32) {
         match self {
@@ -41,16 +49,17 @@ impl NodeEnd<'_> {
         }
     }
 
-    /// Whether light can pass between a point of this node (on `facet`) and `other`. A point in the
-    /// plane of the facet, but for rounding, exchanges no light with it.
-    pub fn faces(&self, hierarchy: &Hierarchy, facet: u32, other: DVec3) -> bool {
-        match self {
-            NodeEnd::Element { plane, .. } => plane.distance(other) > TOLERANCE,
+    /// Height of `other` above the side of `facet` that exchanges light: not positive when none can
+    /// pass. A point in the plane of the facet, but for rounding, exchanges none.
+    pub fn height(&self, hierarchy: &Hierarchy, facet: u32, other: DVec3) -> f64 {
+        let height = match self {
+            NodeEnd::Element { plane, .. } => plane.distance(other),
             NodeEnd::Cluster(_) => {
                 let height = hierarchy.facets[facet as usize].plane.distance(other);
-                height > TOLERANCE || !hierarchy.one_sided && height < -TOLERANCE
+                if hierarchy.one_sided { height } else { height.abs() }
             }
-        }
+        };
+        if height > TOLERANCE { height } else { 0.0 }
     }
 }
 

@@ -14,6 +14,8 @@ const REMEMBERED: usize = 4;
 pub(super) struct RayCount {
     pub(super) clear: u32,
     pub(super) blocked: u32,
+    clear_weight: f64,
+    weight: f64,
     blockers: [u32; REMEMBERED],
     blocker_count: usize,
 }
@@ -27,9 +29,9 @@ impl RayCount {
         self.clear > 0 && self.blocked > 0
     }
 
-    /// Share of clear rays; 1 when none could be cast.
+    /// Share of the light that gets through; 1 when no ray could be cast.
     pub(super) fn fraction(&self) -> f32 {
-        if self.cast() == 0 { 1.0 } else { self.clear as f32 / self.cast() as f32 }
+        if self.cast() == 0 { 1.0 } else { (self.clear_weight / self.weight) as f32 }
     }
 
     /// Some of the facets that were hit.
@@ -37,9 +39,11 @@ impl RayCount {
         &self.blockers[..self.blocker_count]
     }
 
-    fn add(&mut self, blocker: u32) {
+    fn add(&mut self, blocker: u32, weight: f64) {
+        self.weight += weight;
         if blocker == NO_FACET {
             self.clear += 1;
+            self.clear_weight += weight;
             return;
         }
         self.blocked += 1;
@@ -70,7 +74,10 @@ impl Tester<'_> {
         let mut audit = FilterAudit::default();
         let mut segments =
             [Segment { from: glam::Vec3::ZERO, to: glam::Vec3::ZERO, skip: [NO_FACET; 2] }; PACKET];
+        let mut weights = [0.0; PACKET];
         let mut blockers = [NO_FACET; PACKET];
+        let softening =
+            0.01 * receiver.center(self.hierarchy).distance_squared(source.center(self.hierarchy));
         // Points that face away are passed over; twice the rays are tried at most.
         let mut tried = 0;
         while met.cast() < count && tried < 2 * count {
@@ -81,12 +88,15 @@ impl Tester<'_> {
                 tried += 1;
                 let (from, from_facet) = receiver.surface_point(self.hierarchy, a, b);
                 let (to, to_facet) = source.surface_point(self.hierarchy, c, d);
-                if from_facet == to_facet
-                    || !receiver.faces(self.hierarchy, from_facet, to)
-                    || !source.faces(self.hierarchy, to_facet, from)
-                {
+                let heights = receiver.height(self.hierarchy, from_facet, to)
+                    * source.height(self.hierarchy, to_facet, from);
+                if from_facet == to_facet || heights <= 0.0 {
                     continue;
                 }
+                // Near parts of the nodes exchange most of the light: a ray counts as much as the
+                // kernel cos·cos/d² along it, kept finite where the nodes touch.
+                let distance_squared = from.distance_squared(to) + softening;
+                weights[ready] = heights / (distance_squared * distance_squared);
                 segments[ready] =
                     Segment { from: from.as_vec3(), to: to.as_vec3(), skip: [from_facet, to_facet] };
                 ready += 1;
@@ -100,7 +110,7 @@ impl Tester<'_> {
                 &mut blockers[..ready],
                 &mut audit,
             );
-            blockers[..ready].iter().for_each(|&b| met.add(b));
+            blockers[..ready].iter().zip(weights).for_each(|(&b, weight)| met.add(b, weight));
             if until_mixed && met.is_mixed() {
                 break;
             }

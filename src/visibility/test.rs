@@ -191,8 +191,7 @@ impl<'a> Tester<'a> {
             let share = pair.importance.clamp(0.0, 1.0);
             let count =
                 ((self.options.rays as f64 * share).ceil() as u32).max(self.options.rays.min(LEAST_RAYS));
-            let met =
-                self.cast(worker, pair.receiver, pair.source, &pair.sequence, count, false, candidates, None);
+            let met = self.cast(worker, pair, count, false, candidates, None);
             return (verdict_of(&met), None);
         }
         let met = self.cast_classifying(worker, pair, candidates, None);
@@ -201,7 +200,9 @@ impl<'a> Tester<'a> {
             return (verdict, None);
         }
         // After n rays that agree, the expected share of the others is 1/(n + 2) [rule of succession].
-        verdict.doubtful = met.cast() == 0 || pair.importance >= (met.cast() + 2) as f64;
+        // Most pairs are blocked, so what those lose adds up: they get no such credit.
+        let credit = if verdict.class == Class::Invisible { 1.0 } else { (met.cast() + 2) as f64 };
+        verdict.doubtful = met.cast() == 0 || pair.importance >= credit;
         verdict.inheritable = !verdict.doubtful;
         if verdict.inheritable {
             return (verdict, None);
