@@ -65,9 +65,8 @@ impl<'a> Reconstruction<'a> {
         let normal = piece.plane.normal;
         while forest.second[piece.id() as usize] != 0 {
             let [a, b] = piece.halves(forest);
-            let first =
-                a.polygon.outside_distance(point, normal) <= b.polygon.outside_distance(point, normal);
-            piece = if first { a } else { b };
+            let halves = [a.polygon, b.polygon];
+            piece = if Polygon::is_in_first_half(&halves, point, normal) { a } else { b };
         }
         let mesh = self.sides[index].get_or_init(|| self.mesh_of(index));
         let local = (piece.id() - forest.first_element[index]) as usize;

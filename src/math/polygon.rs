@@ -120,6 +120,19 @@ impl Polygon {
         }
     }
 
+    /// Whether `point`, in the polygon's plane, lies in the first of its `halves` rather than the second:
+    /// which side of the cut it is on.
+    pub fn is_in_first_half(halves: &[Polygon; 2], point: DVec3, normal: DVec3) -> bool {
+        let v = halves[0].vertices();
+        // A quadrilateral is cut from its second corner to its third, all others from last to first.
+        let (start, end) = if v.len() == 4 && halves[1].count == 4 && v[1] == halves[1].points[0] {
+            (v[1], v[2])
+        } else {
+            (v[v.len() - 1], v[0])
+        };
+        (end - start).cross(point - start).dot(normal) >= 0.0
+    }
+
     /// The point at `(u, v)` of the unit square, uniform over the area.
     pub fn point_at(&self, u: f64, v: f64) -> DVec3 {
         let p = self.vertices();
@@ -189,6 +202,29 @@ mod tests {
                 let area: f64 = pieces.iter().map(Polygon::area).sum();
                 assert!((area - polygon.area()).abs() < 1e-12);
                 assert!(pieces.iter().all(|p| p.area_vector().z > 0.0), "a piece is turned over");
+            }
+        }
+    }
+
+    #[test]
+    fn the_half_of_a_point_is_the_one_that_holds_it() {
+        let octagon: Vec<DVec3> = (0..8)
+            .map(|i| (i as f64 * std::f64::consts::TAU / 8.0).sin_cos())
+            .map(|(s, c)| DVec3::new(c, s, 0.0))
+            .collect();
+        for count in 3..=8 {
+            let mut polygon = Polygon::new(&octagon[..count]);
+            for step in 0..8 {
+                let halves = polygon.bisect();
+                for (i, half) in halves.iter().enumerate() {
+                    let inside = half.center();
+                    assert_eq!(
+                        Polygon::is_in_first_half(&halves, inside, DVec3::Z),
+                        i == 0,
+                        "{count} {step}"
+                    );
+                }
+                polygon = halves[step % 2];
             }
         }
     }

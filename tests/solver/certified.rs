@@ -5,7 +5,7 @@ use lightshaft::hierarchy::Hierarchy;
 use lightshaft::radiosity::{Forest, Link, LinkClass, Piece, Solution};
 use lightshaft::tracer::{BruteTracer, NO_FACET};
 use lightshaft::visibility::{
-    CandidateSet, Class, Inheritance, NodeEnd, Strategy, Tester, VisibilityOptions, Worker,
+    CandidateSet, Class, Inheritance, NodeEnd, Pair, Strategy, Tester, VisibilityOptions, Worker,
 };
 
 use crate::comparison::for_each_element;
@@ -83,17 +83,18 @@ fn pairs_proved_visible_or_invisible_are() {
             if !receiver.faces(&source) {
                 continue;
             }
-            let end = |p: &'_ Leaf| (p.plane, p.facet);
-            let [(r_plane, r_facet), (s_plane, s_facet)] = [end(&receiver), end(&source)];
-            let (verdict, narrowed) = tester.classify(
-                &mut worker,
-                &NodeEnd::Element { polygon: &receiver.polygon, plane: r_plane, facet: r_facet },
-                &NodeEnd::Element { polygon: &source.polygon, plane: s_plane, facet: s_facet },
-                7,
-                Inheritance { candidates: &root, blocker: NO_FACET },
-                true,
-                1.0,
-            );
+            fn end(leaf: &Leaf) -> NodeEnd<'_> {
+                NodeEnd::Element { polygon: &leaf.polygon, plane: leaf.plane, facet: leaf.facet }
+            }
+            let pair = Pair {
+                receiver: &end(&receiver),
+                source: &end(&source),
+                seed: 7,
+                inherited: Inheritance { candidates: &root, blocker: NO_FACET },
+                subdivided: true,
+                importance: 1.0,
+            };
+            let (verdict, narrowed) = tester.classify(&mut worker, &pair);
             narrowed.into_iter().for_each(|set| worker.recycle(set));
             if verdict.certified {
                 let is_blocked = verdict.class == Class::Invisible;
