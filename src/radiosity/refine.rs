@@ -256,20 +256,19 @@ impl<'a> Refiner<'a> {
         let limits = &self.thresholds;
         let classic = self.is_classic();
         let (can_receiver, can_source) = (self.can_split(receiver), self.can_split(source));
-        // A shadow, a whole cluster lit as one or lit by one it lies in: that shows on the receiver,
-        // however little power it is.
-        let bright = 0.5 * figures.irradiance > limits.irradiance
-            && receiver.radius(self.hierarchy) * 2.0 > limits.min_size
-            && !is_same(receiver, source);
+        // A cluster lit as one, or anything lit by a cluster it lies in: that shows on the receiver,
+        // however little power it is. So does a shadow.
+        let bright = 0.5 * figures.irradiance > limits.irradiance;
+        let seen = receiver.radius(self.hierarchy) * 2.0 > limits.min_size && !is_same(receiver, source);
         if bright
+            && seen
             && figures.near
             && source.radius(self.hierarchy) > receiver.radius(self.hierarchy)
             && can_source
         {
             return Some(Split::Source);
         }
-        let coarse = partial && !classic || matches!(receiver, Party::Cluster(_));
-        if bright && coarse && can_receiver {
+        if bright && seen && matches!(receiver, Party::Cluster(_)) {
             return Some(Split::Receiver);
         }
         // What the rest of the scene gets. The larger node is split: splitting the smaller one makes
@@ -277,7 +276,7 @@ impl<'a> Refiner<'a> {
         let larger_source = source.radius(self.hierarchy) > receiver.radius(self.hierarchy);
         let uneven = figures.source_error > limits.power;
         let kernel = figures.kernel_error > limits.power;
-        let shadow = partial && !classic && 0.25 * figures.power > limits.power;
+        let shadow = partial && !classic && (bright || 0.25 * figures.power > limits.power);
         match (receiver, source) {
             (Party::Element { .. }, Party::Element { .. }) => {
                 if uneven && can_source && figures.source_error > figures.kernel_error {

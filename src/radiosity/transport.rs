@@ -29,16 +29,21 @@ pub struct Light {
     pub peak: Vec<f32>,
 }
 
-/// What every leaf's irradiance is multiplied by so that no point sees more than its hemisphere.
+/// The share of its hemisphere that each element's links cover.
 ///
-/// Between surfaces that nearly touch, form factors at a few points add up to more than 1, and light
-/// would grow between them without end. Only links between elements count: those of clusters are
-/// coarse where little light flows, and say nothing about the hemisphere.
+/// Between surfaces that nearly touch, form factors at a few points can add up to more than 1, and
+/// between bright ones light would grow without end; so a leaf never sends back more than
+/// [`MOST_RETURNED`] of what a full hemisphere of unit exitance sends to it. Only links between
+/// elements count: those of clusters are coarse where little light flows, and say nothing about the
+/// hemisphere.
 #[derive(Clone, Debug)]
 pub(super) struct Cap(Vec<f32>);
 
+/// See [`Cap`].
+const MOST_RETURNED: f32 = 0.99;
+
 impl Cap {
-    /// One over the share of the hemisphere the links cover, where that exceeds 1.
+    /// Adds up the links of each element and of those it is part of.
     pub(super) fn new(hierarchy: &Hierarchy, forest: &Forest, links: &LinkSet) -> Cap {
         let clusters = hierarchy.nodes.len() as u32;
         let mut covered: Vec<f32> = (0..forest.len() as u32)
@@ -56,7 +61,7 @@ impl Cap {
                 covered[second] += covered[element];
             }
         }
-        Cap(covered.into_iter().map(|share| 1.0 / share.max(1.0)).collect())
+        Cap(covered)
     }
 }
 
@@ -92,7 +97,7 @@ impl Light {
             variation: vec![0.0; forest.len()],
             ..Light::default()
         };
-        let cap = Cap(vec![1.0; forest.len()]);
+        let cap = Cap(vec![0.0; forest.len()]);
         light.push_pull(hierarchy, forest, surface, &cap, &elements, dark);
         light
     }
@@ -298,7 +303,8 @@ impl Block<'_> {
         let second = self.forest.second[element as usize];
         if second == 0 {
             let (emitted, reflectance) = surface;
-            let irradiance = irradiance * self.cap.0[element as usize];
+            let returned = self.cap.0[element as usize] * reflectance.max_element();
+            let irradiance = irradiance * (MOST_RETURNED / returned.max(MOST_RETURNED));
             self.irradiance[own] = irradiance;
             self.exitance[own] = emitted + reflectance * irradiance;
             let exitance = self.exitance[own].max_element();
