@@ -199,10 +199,9 @@ impl<'a> Tester<'a> {
         if verdict.class == Class::Partial {
             return (verdict, None);
         }
-        // After n rays that agree, the expected share of the others is 1/(n + 2) [rule of succession].
-        // Most pairs are blocked, so what those lose adds up: they get no such credit.
-        let credit = if verdict.class == Class::Invisible { 1.0 } else { (met.cast() + 2) as f64 };
-        verdict.doubtful = met.cast() == 0 || pair.importance >= credit;
+        // Rays that agree are believed only where little rests on them: what is lost (or gained) by
+        // each such pair adds up over thousands of them.
+        verdict.doubtful = met.cast() == 0 || pair.importance >= 1.0;
         verdict.inheritable = !verdict.doubtful;
         if verdict.inheritable {
             return (verdict, None);

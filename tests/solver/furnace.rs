@@ -88,7 +88,11 @@ fn check(options: SolveOptions, furnished: bool, mean: f64, most: f64) {
         let what = format!("{strategy}, certify {certify}, reflectance {reflectance}: {found:?}");
         assert!(found.mean.abs() < mean, "{what}");
         assert!(found.of_99_percent < most, "{what}");
-        assert!(found.balance < 0.01, "{what}");
+        // In a furnace the balance is off by the mean error over the reflectance: with B = e/(1 − ρ), too
+        // much exitance by m absorbs too much power by m/ρ. Strategies whose mean may be further off
+        // than 0.5 % are bound by that.
+        let balance = if mean > 0.005 { (mean / reflectance as f64).max(0.01) } else { 0.01 };
+        assert!(found.balance < balance, "{what}");
     }
 }
 
