@@ -7,7 +7,7 @@ use crate::shaft::{Shaft, blocks_all, intervals_of};
 use crate::tracer::{BruteTracer, Candidates, NO_FACET, Tracer};
 use std::time::Instant;
 
-/// Most rays that classify a pair which is going to be subdivided anyway.
+/// Most rays with which `adaptive` classifies a pair that is going to be subdivided anyway.
 const CLASSIFYING_RAYS: u32 = 16;
 
 /// Rays that `adaptive` gives to the least of links.
@@ -245,7 +245,9 @@ impl<'a> Tester<'a> {
         candidates: Candidates<'_>,
         shaft: Option<&Shaft>,
     ) -> RayCount {
-        let count = self.options.rays.min(CLASSIFYING_RAYS);
+        // Where agreement alone decides what is inherited, all rays have to agree.
+        let is_adaptive = self.options.strategy == Strategy::Adaptive;
+        let count = if is_adaptive { self.options.rays.min(CLASSIFYING_RAYS) } else { self.options.rays };
         self.cast(worker, pair, count, true, candidates, shaft)
     }
 
