@@ -9,5 +9,4 @@ mod render;
 pub mod tone;
 pub mod write;
 
-pub use reconstruct::{Reconstruction, Spot};
 pub use render::{RenderOptions, View, render};

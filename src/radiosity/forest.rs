@@ -92,11 +92,6 @@ impl Forest {
         self.trees.len()
     }
 
-    /// Number of leaf elements.
-    pub fn leaf_count(&self) -> usize {
-        self.second.iter().filter(|&&s| s == 0).count()
-    }
-
     /// The side with this number.
     pub fn side(&self, index: usize) -> Side {
         let index = index as u32;

@@ -45,10 +45,10 @@ impl Shaft {
         if inside && contains(&self.bounds, bounds) { Placement::Inside } else { Placement::Crossing }
     }
 
-    /// The part of a facet that is in the shaft by more than the tolerance, or `None`.
-    pub fn clip(&self, vertices: &[DVec3]) -> Option<Clip> {
+    /// Whether any part of a convex outline is in the shaft by more than `margin`.
+    pub fn holds_part_of(&self, vertices: &[DVec3], margin: f64) -> bool {
         let mut piece = Clip::new(vertices);
-        self.planes().iter().all(|plane| piece.keep_front(plane, TOLERANCE)).then_some(piece)
+        self.planes().iter().all(|plane| piece.keep_front(plane, margin))
     }
 
     /// Narrows `nodes` (ascending node ids) down to what may block inside the shaft.
@@ -68,7 +68,7 @@ impl Shaft {
                     Placement::Outside => false,
                     Placement::Inside => true,
                     Placement::Crossing if node.is_leaf() => {
-                        self.clip(hierarchy.polygon(node.first).vertices()).is_some()
+                        self.holds_part_of(hierarchy.polygon(node.first).vertices(), TOLERANCE)
                     }
                     Placement::Crossing => {
                         let [first, second] = node.children(index);
@@ -84,13 +84,6 @@ impl Shaft {
             }
         }
         culled
-    }
-
-    /// Whether a facet really is in the shaft: the direct test, without the tree.
-    pub fn holds_part_of(&self, hierarchy: &Hierarchy, facet: u32, margin: f64) -> bool {
-        let polygon = hierarchy.polygon(facet);
-        let mut piece = Clip::new(polygon.vertices());
-        self.planes().iter().all(|plane| piece.keep_front(plane, margin))
     }
 }
 
@@ -149,8 +142,8 @@ mod tests {
     fn a_facet_that_only_touches_is_clipped_away() {
         let shaft = shaft();
         let wall = [(0.0, 0.0), (0.5, 0.0), (0.5, 0.5)].map(|(y, z)| DVec3::new(0.5, y, z));
-        assert!(shaft.clip(&wall).is_none());
+        assert!(!shaft.holds_part_of(&wall, TOLERANCE));
         let leaning = wall.map(|p| p - DVec3::X * (p.z * 0.2));
-        assert!(shaft.clip(&leaning).is_some());
+        assert!(shaft.holds_part_of(&leaning, TOLERANCE));
     }
 }

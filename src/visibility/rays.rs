@@ -131,7 +131,7 @@ impl Tester<'_> {
             };
             // Tolerance was spent once by the cull and once by rounding the ray.
             let margin = 2.0 * crate::hierarchy::TOLERANCE;
-            if shaft.holds_part_of(self.hierarchy, audit.outsider, margin) {
+            if shaft.holds_part_of(self.hierarchy.polygon(audit.outsider).vertices(), margin) {
                 counters.culling_anomalies += audit.outsiders;
             } else {
                 counters.border_hits += audit.outsiders;
