@@ -5,6 +5,7 @@ mod interpolate;
 mod mesh_view;
 pub mod picture;
 mod reconstruct;
+pub use reconstruct::Reconstruction;
 mod render;
 pub mod tone;
 pub mod write;

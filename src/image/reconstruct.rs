@@ -26,17 +26,17 @@ struct SideMesh {
 
 /// The leaf element at a visible point.
 #[derive(Clone, Debug)]
-pub(super) struct Spot {
+pub struct Spot {
     /// Element id.
-    pub(super) element: u32,
+    pub element: u32,
     /// Outline of the element.
-    pub(super) polygon: Polygon,
+    pub polygon: Polygon,
     /// Interpolated irradiance, W/m².
-    pub(super) irradiance: Vec3,
+    pub irradiance: Vec3,
 }
 
 /// Looks up irradiance anywhere on the surfaces; the work for a side is done when it is first seen.
-pub(super) struct Reconstruction<'a> {
+pub struct Reconstruction<'a> {
     hierarchy: &'a Hierarchy,
     solution: &'a Solution,
     sides: Vec<OnceLock<SideMesh>>,
@@ -52,13 +52,13 @@ struct Neighbour {
 
 impl<'a> Reconstruction<'a> {
     /// Nothing is computed yet.
-    pub(super) fn new(hierarchy: &'a Hierarchy, solution: &'a Solution) -> Reconstruction<'a> {
+    pub fn new(hierarchy: &'a Hierarchy, solution: &'a Solution) -> Reconstruction<'a> {
         let sides = (0..solution.forest.side_count()).map(|_| OnceLock::new()).collect();
         Reconstruction { hierarchy, solution, sides }
     }
 
     /// The element at `point` on a side, and its irradiance there; `None` for a side that takes no part.
-    pub(super) fn look_up(&self, side: Side, point: DVec3) -> Option<Spot> {
+    pub fn look_up(&self, side: Side, point: DVec3) -> Option<Spot> {
         let forest = &self.solution.forest;
         let index = forest.side_index(side)?;
         let mut piece = forest.root(self.hierarchy, index);

@@ -11,6 +11,6 @@ mod spherical;
 pub use bounds::Aabb;
 pub use clip::Clip;
 pub use plane::Plane;
-pub use polygon::{MAX_VERTICES, Polygon};
+pub use polygon::{MAX_VERTICES, Polygon, PolygonSampler};
 pub use sequence::{PairSequence, hash_pair};
 pub use spherical::CosineLobes;

@@ -135,23 +135,19 @@ impl Polygon {
 
     /// The point at `(u, v)` of the unit square, uniform over the area.
     pub fn point_at(&self, u: f64, v: f64) -> DVec3 {
-        let p = self.vertices();
-        let mut rest = self.area();
-        let mut u = u;
-        let mut corner = 1;
-        while corner < p.len() - 2 {
-            let piece = (p[corner] - p[0]).cross(p[corner + 1] - p[0]).length() * 0.5;
-            let share = piece / rest.max(f64::MIN_POSITIVE);
-            if u < share {
-                u /= share;
-                break;
-            }
-            u = (u - share) / (1.0 - share).max(f64::MIN_POSITIVE);
-            rest -= piece;
-            corner += 1;
+        self.sampler().point_at(u, v)
+    }
+
+    /// For many points of [`Polygon::point_at`].
+    pub fn sampler(&self) -> PolygonSampler<'_> {
+        let v = self.vertices();
+        let mut sampler = PolygonSampler { vertices: v, sums: [0.0; MAX_VERTICES - 2] };
+        let mut sum = 0.0;
+        for (i, total) in sampler.sums[..v.len() - 2].iter_mut().enumerate() {
+            sum += (v[i + 1] - v[0]).cross(v[i + 2] - v[0]).length();
+            *total = sum;
         }
-        let r = u.clamp(0.0, 1.0).sqrt();
-        p[0] + (p[corner] - p[0]) * (r * (1.0 - v)) + (p[corner + 1] - p[0]) * (r * v)
+        sampler
     }
 
     /// The part in front of `plane` (closed), or `None` when nothing remains. A polygon that would
@@ -172,6 +168,32 @@ impl Polygon {
                 (point - a).dot(outward)
             })
             .fold(f64::NEG_INFINITY, f64::max)
+    }
+}
+
+/// Maps the unit square to the area of a polygon.
+#[derive(Clone, Copy, Debug)]
+pub struct PolygonSampler<'a> {
+    vertices: &'a [DVec3],
+    /// Twice the area up to and with each triangle of the fan around the first vertex.
+    sums: [f64; MAX_VERTICES - 2],
+}
+
+impl PolygonSampler<'_> {
+    /// The point at `(u, v)` of the unit square, uniform over the area.
+    #[inline]
+    pub fn point_at(&self, u: f64, v: f64) -> DVec3 {
+        let p = self.vertices;
+        let last = p.len() - 3;
+        let at = u * self.sums[last];
+        let mut fan = 0;
+        while fan < last && at >= self.sums[fan] {
+            fan += 1;
+        }
+        let before = if fan == 0 { 0.0 } else { self.sums[fan - 1] };
+        let share = (at - before) / (self.sums[fan] - before).max(f64::MIN_POSITIVE);
+        let r = share.clamp(0.0, 1.0).sqrt();
+        p[0] + (p[fan + 1] - p[0]) * (r * (1.0 - v)) + (p[fan + 2] - p[0]) * (r * v)
     }
 }
 

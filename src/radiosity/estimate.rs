@@ -100,6 +100,11 @@ impl<'a> Party<'a> {
         }
     }
 
+    /// Whether it is known to be equally bright everywhere.
+    pub(super) fn is_uniform(&self) -> bool {
+        matches!(self, Party::Element { variation, .. } if *variation <= 0.0)
+    }
+
     fn center(&self, hierarchy: &Hierarchy) -> DVec3 {
         match self {
             Party::Element { piece, .. } => piece.polygon.center(),

@@ -13,6 +13,8 @@ pub enum LinkClass {
     CertifiedVisible,
     /// A fraction of the rays was clear.
     Partial,
+    /// No ray was clear. Kept while refining, for a closer look later; not part of a solution.
+    Invisible,
 }
 
 /// Light from one node (the source) to another (the receiver).

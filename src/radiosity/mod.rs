@@ -10,6 +10,7 @@ mod forest;
 mod form_factor;
 mod links;
 mod refine;
+mod shading;
 mod solve;
 mod transport;
 

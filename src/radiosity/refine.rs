@@ -4,6 +4,7 @@
 use super::estimate::{Estimate, Party, estimate};
 use super::forest::Forest;
 use super::links::{Link, LinkClass};
+use super::shading::Shading;
 use super::transport::Light;
 use crate::hierarchy::Hierarchy;
 use crate::math::hash_pair;
@@ -39,6 +40,8 @@ impl AddAssign for RefineCounters {
 /// When a pair is good enough. Powers in local areas.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Thresholds {
+    /// How many times coarser than the thresholds of the end these are.
+    pub(super) coarseness: f64,
     /// Power a link may get wrong.
     pub(super) power: f64,
     /// Irradiance a link may get wrong on receivers larger than `min_size`.
@@ -85,7 +88,15 @@ fn is_same(receiver: &Party<'_>, source: &Party<'_>) -> bool {
     matches!((receiver, source), (Party::Cluster(a), Party::Cluster(b)) if a == b)
 }
 
-/// Which end to split.
+/// Whether both are of one facet, which does not see itself.
+fn share_facet(a: &Party<'_>, b: &Party<'_>) -> bool {
+    match (a, b) {
+        (Party::Element { piece: a, .. }, Party::Element { piece: b, .. }) => a.side.facet == b.side.facet,
+        _ => false,
+    }
+}
+
+/// Which end to split: of a cluster that lights itself, both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Split {
     Receiver,
@@ -131,7 +142,7 @@ impl<'a> Refiner<'a> {
             let error =
                 0.5 * (link.spread as f64 * exitance + (link.factor * self.light.variation[source]) as f64);
             let limits = &self.thresholds;
-            let shadow = link.class == LinkClass::Partial
+            let shadow = link.class >= LinkClass::Partial
                 && (0.5 * irradiance > limits.irradiance || 0.25 * irradiance * area > limits.power);
             if error * area <= limits.power && !shadow {
                 output.links.push(*link);
@@ -147,7 +158,7 @@ impl<'a> Refiner<'a> {
         };
         if link.class != LinkClass::Untested {
             let Some(figures) = estimate(&receiver, &source, self.hierarchy, self.light) else { return };
-            let partial = link.class == LinkClass::Partial;
+            let partial = link.class >= LinkClass::Partial;
             if self.wanted_split(&receiver, &source, &figures, partial).is_none() {
                 output.links.push(*link);
                 return;
@@ -194,13 +205,15 @@ impl<'a> Refiner<'a> {
         }
 
         let if_partial = self.wanted_split(receiver, source, &figures, true);
+        let shading = Shading { source, forest: self.forest, light: self.light };
         let pair = Pair {
             receiver: &receiver.end(),
             source: &source.end(),
             seed: hash_pair(receiver.key(), source.key()),
             inherited: state.inheritance,
             subdivided: if_partial.is_some(),
-            importance: figures.power / self.thresholds.power,
+            importance: figures.power * self.thresholds.coarseness / self.thresholds.power,
+            brightness: (!source.is_uniform()).then_some(&shading),
         };
         let (verdict, narrowed) = self.tester.classify(&mut output.worker, &pair);
         if self.is_classic() {
@@ -226,7 +239,10 @@ impl<'a> Refiner<'a> {
                 };
                 self.split(receiver, source, split, figures.power, below, output);
             }
-            None if verdict.class == Class::Invisible => {
+            // Where a split was in question, what the rays agree on is believed for good.
+            None if verdict.class == Class::Invisible
+                && (verdict.certified || verdict.inheritable && pair.subdivided) =>
+            {
                 output.counters.invisible += 1;
                 output.counters.certified_invisible += u64::from(verdict.certified);
             }
@@ -235,6 +251,7 @@ impl<'a> Refiner<'a> {
                 link.class = match (verdict.class, verdict.certified) {
                     (Class::Visible, true) => LinkClass::CertifiedVisible,
                     (Class::Visible, false) => LinkClass::Visible,
+                    (Class::Invisible, _) => LinkClass::Invisible,
                     _ => LinkClass::Partial,
                 };
                 output.links.push(link);
@@ -331,13 +348,14 @@ impl<'a> Refiner<'a> {
         state: PairState<'_>,
         output: &mut Output,
     ) {
-        let parts = |party: &Party<'a>| party.parts(self.hierarchy, self.forest, self.light);
-        let pairs: Vec<(Party<'a>, Party<'a>)> = match split {
-            Split::Receiver => parts(receiver).into_iter().map(|r| (r, source.clone())).collect(),
-            Split::Source => parts(source).into_iter().map(|s| (receiver.clone(), s)).collect(),
+        let divided = if split == Split::Source { source } else { receiver };
+        let parts = divided.parts(self.hierarchy, self.forest, self.light);
+        let pairs: Vec<(&Party<'a>, &Party<'a>)> = match split {
+            Split::Receiver => parts.iter().map(|r| (r, source)).collect(),
+            Split::Source => parts.iter().map(|s| (receiver, s)).collect(),
             Split::Both => {
-                let Party::Cluster(node) = receiver else { return };
-                self.pairs_within(*node)
+                let all = parts.iter().flat_map(|r| parts.iter().map(move |s| (r, s)));
+                all.filter(|(r, s)| !share_facet(r, s)).collect()
             }
         };
         if power > PARALLEL_IMPORTANCE * self.thresholds.power {
@@ -356,23 +374,5 @@ impl<'a> Refiner<'a> {
                 self.pair(r, s, state, output);
             }
         }
-    }
-
-    /// All ordered pairs of the two children of a cluster; a facet does not see itself.
-    fn pairs_within(&self, node: u32) -> Vec<(Party<'a>, Party<'a>)> {
-        let children = self.hierarchy.nodes[node as usize].children(node);
-        let mut pairs = Vec::new();
-        for receiver in children {
-            for source in children {
-                if receiver == source && self.hierarchy.nodes[receiver as usize].is_leaf() {
-                    continue;
-                }
-                let of = |node| Party::of_node(node, self.hierarchy, self.forest, self.light);
-                for r in of(receiver) {
-                    pairs.extend(of(source).into_iter().map(|s| (r.clone(), s)));
-                }
-            }
-        }
-        pairs
     }
 }

@@ -154,10 +154,16 @@ pub fn solve(
             rename(&mut refined, hierarchy.nodes.len() as u32, &new_from_old);
             light = light.renumbered(&forest, &new_from_old);
             settled = iterations as usize > SCHEDULE.len() && added as f64 <= SETTLED * refined.len() as f64;
+            if settled || iterations + 1 == options.iterations.max(1) {
+                let kept = refined.len();
+                refined.retain(|link| link.class != LinkClass::Invisible);
+                counters.invisible += (kept - refined.len()) as u64;
+            }
             links = LinkSet::new(refined, hierarchy.nodes.len() + forest.len());
             cap = Cap::new(hierarchy, &forest, &links);
             progress.finish();
             refine_seconds += start.elapsed().as_secs_f64();
+            if std::env::var("DBG").is_ok() { eprintln!("pass {iterations} coarse {} {:.2}s links {} added {added} vis {:?}", thresholds.coarseness, start.elapsed().as_secs_f64(), links.links.len(), counters.visibility); }
         }
         let start = Instant::now();
         let next = light.iterate(hierarchy, &forest, &links, &Materials { hierarchy, forest: &forest }, &cap);
@@ -210,6 +216,7 @@ fn emitted_power(hierarchy: &Hierarchy, forest: &Forest) -> f64 {
 fn first_thresholds(emitted: f64, hierarchy: &Hierarchy, options: &SolveOptions) -> Thresholds {
     let min_size = options.min_size.map_or(1.0 / 32.0, |size| hierarchy.frame.local_length(size));
     Thresholds {
+        coarseness: SCHEDULE[0],
         power: emitted * (options.epsilon * SCHEDULE[0]).max(1e-3),
         irradiance: f64::INFINITY,
         min_size,
@@ -249,6 +256,7 @@ fn thresholds_for(
         .min_size
         .map_or_else(|| lit_area.sqrt() / options.resolution, |size| hierarchy.frame.local_length(size));
     Thresholds {
+        coarseness: factor,
         power: options.epsilon * factor * emitted.min(irradiance * facet_area),
         irradiance: options.contrast * factor * irradiance,
         min_size: min_size.max(MIN_LOCAL_SIZE),

@@ -1,7 +1,7 @@
 //! The two nodes of a pair, as visibility sees them.
 
 use crate::hierarchy::{Hierarchy, NodeKind, TOLERANCE};
-use crate::math::{Plane, Polygon};
+use crate::math::{Plane, Polygon, PolygonSampler};
 use crate::shaft::End;
 use glam::DVec3;
 
@@ -38,14 +38,11 @@ impl NodeEnd<'_> {
         }
     }
 
-    /// The surface point at `(u, v)` of the unit square, uniform over the area, and its facet.
-    pub fn surface_point(&self, hierarchy: &Hierarchy, u: f64, v: f64) -> (DVec3, u32) {
+    /// For points on it.
+    pub(super) fn sampler(&self, hierarchy: &Hierarchy) -> EndSampler<'_> {
         match self {
-            NodeEnd::Element { polygon, facet, .. } => (polygon.point_at(u, v), *facet),
-            NodeEnd::Cluster(node) => {
-                let (facet, u) = facet_at(hierarchy, *node, u);
-                (hierarchy.polygon(facet).point_at(u, v), facet)
-            }
+            NodeEnd::Element { polygon, facet, .. } => EndSampler::Element(polygon.sampler(), *facet),
+            NodeEnd::Cluster(node) => EndSampler::Cluster(*node),
         }
     }
 
@@ -60,6 +57,30 @@ impl NodeEnd<'_> {
             }
         };
         if height > TOLERANCE { height } else { 0.0 }
+    }
+
+    /// Whether the side of `facet` that `other` sees is its front.
+    pub(super) fn is_front(&self, hierarchy: &Hierarchy, facet: u32, other: DVec3) -> bool {
+        hierarchy.facets[facet as usize].plane.distance(other) > 0.0
+    }
+}
+
+/// Maps the unit square to the surfaces of a node.
+pub(super) enum EndSampler<'a> {
+    Element(PolygonSampler<'a>, u32),
+    Cluster(u32),
+}
+
+impl EndSampler<'_> {
+    /// The point at `(u, v)` of the unit square, uniform over the area, and its facet.
+    pub(super) fn point_at(&self, hierarchy: &Hierarchy, u: f64, v: f64) -> (DVec3, u32) {
+        match self {
+            EndSampler::Element(sampler, facet) => (sampler.point_at(u, v), *facet),
+            EndSampler::Cluster(node) => {
+                let (facet, u) = facet_at(hierarchy, *node, u);
+                (hierarchy.polygon(facet).point_at(u, v), facet)
+            }
+        }
     }
 }
 

@@ -8,7 +8,7 @@ mod test;
 
 pub use counters::VisibilityCounters;
 pub use end::NodeEnd;
-pub use test::{CandidateSet, Class, Inheritance, Pair, Tester, Verdict, Worker};
+pub use test::{Brightness, CandidateSet, Class, Inheritance, Pair, Tester, Verdict, Worker};
 
 /// The order of the steps and what may be inherited; the classes they give are the same for the first
 /// three.

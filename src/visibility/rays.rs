@@ -1,21 +1,49 @@
 //! Casting the rays of a pair in packets.
 
 use super::test::Worker;
-use super::{Pair, Tester};
+use super::{Brightness, Pair, Tester};
 use crate::math::PairSequence;
 use crate::shaft::Shaft;
 use crate::tracer::{Candidates, FilterAudit, NO_FACET, PACKET, Segment};
+use glam::DVec3;
 
 /// Most different blockers remembered of one pair.
 const REMEMBERED: usize = 4;
+
+/// One ray of a pair, kept until it is known whether its weight is wanted.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sighting {
+    /// Where it meets the source: facet, side, point.
+    facet: u32,
+    front: bool,
+    point: DVec3,
+    /// Light it stands for, if the source is uniform.
+    kernel: f64,
+    clear: bool,
+}
+
+/// Share of the light that gets through: rays count by kernel and brightness of the source.
+fn clear_share(sightings: &[Sighting], brightness: Option<&dyn Brightness>) -> f32 {
+    let share = |weight: &dyn Fn(&Sighting) -> f64| {
+        let (mut clear, mut all) = (0.0, 0.0);
+        for sighting in sightings {
+            let weight = weight(sighting);
+            all += weight;
+            clear += if sighting.clear { weight } else { 0.0 };
+        }
+        (all > 0.0).then(|| (clear / all) as f32)
+    };
+    let shaded = brightness.and_then(|b| share(&|s| s.kernel * b.at(s.facet, s.front, s.point)));
+    shaded.or_else(|| share(&|s| s.kernel)).unwrap_or(1.0)
+}
 
 /// What the rays of one pair met.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct RayCount {
     pub(super) clear: u32,
     pub(super) blocked: u32,
-    clear_weight: f64,
-    weight: f64,
+    /// Share of the light that gets through; 1 when no ray could be cast.
+    pub(super) fraction: f32,
     blockers: [u32; REMEMBERED],
     blocker_count: usize,
 }
@@ -29,21 +57,14 @@ impl RayCount {
         self.clear > 0 && self.blocked > 0
     }
 
-    /// Share of the light that gets through; 1 when no ray could be cast.
-    pub(super) fn fraction(&self) -> f32 {
-        if self.cast() == 0 { 1.0 } else { (self.clear_weight / self.weight) as f32 }
-    }
-
     /// Some of the facets that were hit.
     pub(super) fn blockers(&self) -> &[u32] {
         &self.blockers[..self.blocker_count]
     }
 
-    fn add(&mut self, blocker: u32, weight: f64) {
-        self.weight += weight;
+    fn add(&mut self, blocker: u32) {
         if blocker == NO_FACET {
             self.clear += 1;
-            self.clear_weight += weight;
             return;
         }
         self.blocked += 1;
@@ -70,11 +91,13 @@ impl Tester<'_> {
     ) -> RayCount {
         let (receiver, source) = (pair.receiver, pair.source);
         let sequence = PairSequence::new(pair.seed);
+        let (on_receiver, on_source) = (receiver.sampler(self.hierarchy), source.sampler(self.hierarchy));
         let mut met = RayCount::default();
         let mut audit = FilterAudit::default();
         let mut segments =
             [Segment { from: glam::Vec3::ZERO, to: glam::Vec3::ZERO, skip: [NO_FACET; 2] }; PACKET];
-        let mut weights = [0.0; PACKET];
+        let mut sightings = std::mem::take(&mut worker.sightings);
+        sightings.clear();
         let mut blockers = [NO_FACET; PACKET];
         let softening =
             0.01 * receiver.center(self.hierarchy).distance_squared(source.center(self.hierarchy));
@@ -86,8 +109,8 @@ impl Tester<'_> {
             while ready < wanted && tried < 2 * count {
                 let [a, b, c, d] = sequence.point(tried);
                 tried += 1;
-                let (from, from_facet) = receiver.surface_point(self.hierarchy, a, b);
-                let (to, to_facet) = source.surface_point(self.hierarchy, c, d);
+                let (from, from_facet) = on_receiver.point_at(self.hierarchy, a, b);
+                let (to, to_facet) = on_source.point_at(self.hierarchy, c, d);
                 let heights = receiver.height(self.hierarchy, from_facet, to)
                     * source.height(self.hierarchy, to_facet, from);
                 if from_facet == to_facet || heights <= 0.0 {
@@ -96,7 +119,13 @@ impl Tester<'_> {
                 // Near parts of the nodes exchange most of the light: a ray counts as much as the
                 // kernel cos·cos/d² along it, kept finite where the nodes touch.
                 let distance_squared = from.distance_squared(to) + softening;
-                weights[ready] = heights / (distance_squared * distance_squared);
+                sightings.push(Sighting {
+                    facet: to_facet,
+                    front: source.is_front(self.hierarchy, to_facet, from),
+                    point: to,
+                    kernel: heights / (distance_squared * distance_squared),
+                    clear: false,
+                });
                 segments[ready] =
                     Segment { from: from.as_vec3(), to: to.as_vec3(), skip: [from_facet, to_facet] };
                 ready += 1;
@@ -110,11 +139,23 @@ impl Tester<'_> {
                 &mut blockers[..ready],
                 &mut audit,
             );
-            blockers[..ready].iter().zip(weights).for_each(|(&b, weight)| met.add(b, weight));
+            let last = sightings.len() - ready;
+            for (&blocker, sighting) in blockers[..ready].iter().zip(&mut sightings[last..]) {
+                sighting.clear = blocker == NO_FACET;
+                met.add(blocker);
+            }
             if until_mixed && met.is_mixed() {
                 break;
             }
         }
+        met.fraction = match (met.clear, met.blocked) {
+            (_, 0) => 1.0,
+            (0, _) => 0.0,
+            // Disagreement was all that was asked for.
+            _ if until_mixed => 0.5,
+            _ => clear_share(&sightings, pair.brightness),
+        };
+        worker.sightings = sightings;
         let counters = &mut worker.counters;
         counters.rays_cast += met.cast() as u64;
         counters.filter_calls += audit.calls;

@@ -1,10 +1,11 @@
 //! The complete test of a pair.
 
-use super::rays::RayCount;
+use super::rays::{RayCount, Sighting};
 use super::{NodeEnd, Strategy, VisibilityCounters, VisibilityOptions};
 use crate::hierarchy::{Hierarchy, Interval};
 use crate::shaft::{Shaft, blocks_all, intervals_of};
 use crate::tracer::{BruteTracer, Candidates, NO_FACET, Tracer};
+use glam::DVec3;
 use std::time::Instant;
 
 /// Most rays with which `adaptive` classifies a pair that is going to be subdivided anyway.
@@ -73,8 +74,14 @@ pub struct Inheritance<'a> {
     pub blocker: u32,
 }
 
+/// How bright a source is, point by point.
+pub trait Brightness {
+    /// Exitance at `point` of `facet`, in any unit; `front` tells the side of the facet.
+    fn at(&self, facet: u32, front: bool, point: DVec3) -> f64;
+}
+
 /// One pair under test.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub struct Pair<'a> {
     /// The node that is lit.
     pub receiver: &'a NodeEnd<'a>,
@@ -88,6 +95,8 @@ pub struct Pair<'a> {
     pub subdivided: bool,
     /// Power of the link over the threshold of refinement.
     pub importance: f64,
+    /// Rays count as much as the source is bright where they end; `None` for a uniform source.
+    pub brightness: Option<&'a dyn Brightness>,
 }
 
 /// Scratch memory and counters of one thread's current task.
@@ -95,6 +104,7 @@ pub struct Pair<'a> {
 pub struct Worker {
     /// What the tests did.
     pub counters: VisibilityCounters,
+    pub(super) sightings: Vec<Sighting>,
     spare: Vec<CandidateSet>,
 }
 
@@ -287,7 +297,7 @@ impl<'a> Tester<'a> {
         pair: &Pair<'_>,
         mut facets: impl Iterator<Item = u32>,
     ) -> Option<u32> {
-        let (mut a, mut b) = ([glam::DVec3::ZERO; 8], [glam::DVec3::ZERO; 8]);
+        let (mut a, mut b) = ([DVec3::ZERO; 8], [DVec3::ZERO; 8]);
         let a_count = pair.receiver.shaft_end(self.hierarchy).corners(&mut a);
         let b_count = pair.source.shaft_end(self.hierarchy).corners(&mut b);
         let blocker = facets.find(|&facet| {
@@ -317,7 +327,7 @@ fn verdict_of(met: &RayCount) -> Verdict {
         certified: false,
         inheritable: class != Class::Partial,
         doubtful: false,
-        fraction: met.fraction(),
+        fraction: met.fraction,
         blocker: met.blockers().first().copied().filter(|_| class == Class::Invisible).unwrap_or(NO_FACET),
     }
 }

@@ -1,0 +1,40 @@
+//! How bright a source is point by point, from the light of the last iteration.
+//!
+//! What is lit is often what is seen, since lamps hang where viewers look from: a shaded part of a source
+//! is hidden more often than a bright one, and a share of clear rays that does not know of it loses
+//! light.
+
+use super::estimate::Party;
+use super::forest::Forest;
+use super::transport::Light;
+use crate::hierarchy::Side;
+use crate::math::Polygon;
+use crate::visibility::Brightness;
+use glam::DVec3;
+
+/// The exitance of one source.
+pub(super) struct Shading<'a> {
+    pub(super) source: &'a Party<'a>,
+    pub(super) forest: &'a Forest,
+    pub(super) light: &'a Light,
+}
+
+impl Brightness for Shading<'_> {
+    fn at(&self, facet: u32, front: bool, point: DVec3) -> f64 {
+        let forest = self.forest;
+        let (mut id, mut polygon) = match self.source {
+            Party::Element { piece, .. } => (piece.id() as usize, piece.polygon),
+            Party::Cluster(_) => {
+                let Some(side) = forest.side_index(Side { facet, back: !front }) else { return 0.0 };
+                return self.light.exitance[forest.first_element[side] as usize].max_element() as f64;
+            }
+        };
+        let normal = polygon.area_vector();
+        while let Some(&second) = forest.second.get(id).filter(|&&second| second != 0) {
+            let halves = polygon.bisect();
+            let is_first = Polygon::is_in_first_half(&halves, point, normal);
+            (id, polygon) = if is_first { (id + 1, halves[0]) } else { (second as usize, halves[1]) };
+        }
+        self.light.exitance[id].max_element() as f64
+    }
+}
