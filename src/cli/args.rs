@@ -63,11 +63,11 @@ pub(super) struct RenderArgs {
     /// closely shadows are followed
     #[arg(long, value_name = "LEVEL", help_heading = "Solution", value_enum, default_value_t = QualityArg::Normal)]
     pub(super) quality: QualityArg,
-    /// Power a link may get wrong, relative to the power falling on a typical lit facet, in (0, 1]
+    /// Power a link may get wrong, relative to the power that the irradiance there brings to a wall, in (0, 1]
     /// [default: by --quality]
     #[arg(long, value_name = "X", help_heading = "Solution", value_parser = fraction, allow_negative_numbers = true)]
     pub(super) epsilon: Option<f64>,
-    /// Smallest edge of an element in scene units [default: from the lit size of the scene, by --quality]
+    /// Smallest edge of an element in scene units [default: from the size of the rooms, by --quality]
     #[arg(long, value_name = "LENGTH", help_heading = "Solution", value_parser = positive, allow_negative_numbers = true)]
     pub(super) min_size: Option<f64>,
     /// Most visibility rays for a pair of nodes, 1 to 1024 [default: by --quality]

@@ -39,13 +39,13 @@ pub(super) struct ViewConfig {
 /// How the solution is computed.
 #[derive(Clone, Debug)]
 pub(super) struct SolveConfig {
-    /// Power a link may get wrong, relative to the power falling on a typical lit facet.
+    /// Power a link may get wrong, relative to the power the receiver's irradiance brings to a wall.
     pub(super) epsilon: f64,
-    /// Share of the mean irradiance above which partly visible pairs are split.
+    /// Share of the receiver's irradiance above which partly visible pairs are split.
     pub(super) contrast: f64,
     /// Smallest element edge in scene units, when typed.
     pub(super) min_size: Option<f64>,
-    /// Elements across the lit size of the scene, when no smallest edge is typed.
+    /// Elements across two walls of a room, when no smallest edge is typed.
     pub(super) resolution: f64,
     /// Most rays for a pair.
     pub(super) rays: u32,
@@ -69,9 +69,9 @@ struct Preset {
 impl Preset {
     const fn of(quality: QualityArg) -> Self {
         let (epsilon, contrast, resolution, rays, iterations, samples) = match quality {
-            QualityArg::Draft => (1e-3, 0.4, 64.0, 4, 50, 4),
-            QualityArg::Normal => (3e-5, 0.1, 200.0, 16, 100, 16),
-            QualityArg::High => (5e-6, 0.05, 400.0, 32, 200, 36),
+            QualityArg::Draft => (5e-3, 0.8, 64.0, 4, 50, 4),
+            QualityArg::Normal => (5e-5, 0.1, 200.0, 16, 100, 16),
+            QualityArg::High => (1e-5, 0.05, 400.0, 32, 200, 36),
         };
         Self { epsilon, contrast, resolution, rays, iterations, samples }
     }

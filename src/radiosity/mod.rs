@@ -4,8 +4,8 @@
 //! Exitance `B` and irradiance `E` are in W/m², radiance in W/(m²·sr), colours linear RGB. Lengths are
 //! local (see [`crate::hierarchy::Frame`]); powers become watts when they leave this room.
 
-mod escape;
 mod estimate;
+mod flight;
 mod forest;
 mod form_factor;
 mod links;

@@ -37,17 +37,27 @@ impl AddAssign for RefineCounters {
     }
 }
 
-/// When a pair is good enough. Powers in local areas.
+/// When a pair is good enough, relative to the irradiance where the light arrives: a dim room behind a
+/// door deserves the care of the bright one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Thresholds {
     /// How many times coarser than the thresholds of the end these are.
     pub(super) coarseness: f64,
-    /// Power a link may get wrong.
-    pub(super) power: f64,
-    /// Irradiance a link may get wrong on receivers larger than `min_size`.
-    pub(super) irradiance: f64,
+    /// Power a link may get wrong, as the local area on which the receiver's irradiance is that power.
+    pub(super) area: f64,
+    /// Irradiance a link may get wrong on receivers larger than `min_size`, as a share of the receiver's.
+    pub(super) contrast: f64,
+    /// Receivers darker than this count as this bright.
+    pub(super) dark: f64,
     /// Elements with no edge longer than this are not split, local length.
     pub(super) min_size: f64,
+}
+
+/// The thresholds for one receiver. Powers in local areas.
+#[derive(Clone, Copy, Debug)]
+struct Limits {
+    power: f64,
+    irradiance: f64,
 }
 
 /// Refines links with the light of the last iteration.
@@ -141,7 +151,8 @@ impl<'a> Refiner<'a> {
             let irradiance = link.factor as f64 * exitance;
             let error =
                 0.5 * (link.spread as f64 * exitance + (link.factor * self.light.variation[source]) as f64);
-            let limits = &self.thresholds;
+            let side = self.forest.side_of(link.receiver - clusters);
+            let limits = self.limits_at(self.irradiance_of(side));
             let shadow = link.class >= LinkClass::Partial
                 && (0.5 * irradiance > limits.irradiance || 0.25 * irradiance * area > limits.power);
             if error * area <= limits.power && !shadow {
@@ -165,6 +176,24 @@ impl<'a> Refiner<'a> {
             }
         }
         self.pair(&receiver, &source, PairState { visible, inheritance }, output);
+    }
+
+    fn limits(&self, receiver: &Party<'_>) -> Limits {
+        match receiver {
+            Party::Element { piece, .. } => self
+                .limits_at(self.forest.side_index(piece.side).map_or(0.0, |side| self.irradiance_of(side))),
+            Party::Cluster(node) => self.limits_at(self.light.lit[*node as usize]),
+        }
+    }
+
+    /// Mean irradiance of a side.
+    fn irradiance_of(&self, side: usize) -> f32 {
+        self.light.irradiance[self.forest.first_element[side] as usize].max_element()
+    }
+
+    fn limits_at(&self, irradiance: f32) -> Limits {
+        let irradiance = (irradiance as f64).max(self.thresholds.dark);
+        Limits { power: self.thresholds.area * irradiance, irradiance: self.thresholds.contrast * irradiance }
     }
 
     fn party(&self, id: u32) -> Party<'a> {
@@ -212,13 +241,16 @@ impl<'a> Refiner<'a> {
             seed: hash_pair(receiver.key(), source.key()),
             inherited: state.inheritance,
             subdivided: if_partial.is_some(),
-            importance: figures.power * self.thresholds.coarseness / self.thresholds.power,
-            brightness: (!source.is_uniform()).then_some(&shading),
+            importance: figures.power * self.thresholds.coarseness / self.limits(receiver).power,
+            brightness: (!self.is_classic() && !source.is_uniform()).then_some(&shading),
         };
         let (verdict, narrowed) = self.tester.classify(&mut output.worker, &pair);
         if self.is_classic() {
-            figures.kernel_error *= verdict.fraction as f64;
-            figures.source_error *= verdict.fraction as f64;
+            // When none of n rays gets through, about one in n + 1 may still.
+            let least = 1.0 / (self.tester.options().rays as f64 + 1.0);
+            let fraction = (verdict.fraction as f64).max(least);
+            figures.kernel_error *= fraction;
+            figures.source_error *= fraction;
         }
         let split = match verdict.class {
             Class::Partial if self.is_classic() => self.wanted_split(receiver, source, &figures, true),
@@ -270,13 +302,14 @@ impl<'a> Refiner<'a> {
         figures: &Estimate,
         partial: bool,
     ) -> Option<Split> {
-        let limits = &self.thresholds;
+        let limits = self.limits(receiver);
         let classic = self.is_classic();
         let (can_receiver, can_source) = (self.can_split(receiver), self.can_split(source));
         // A cluster lit as one, or anything lit by a cluster it lies in: that shows on the receiver,
         // however little power it is. So does a shadow.
         let bright = 0.5 * figures.irradiance > limits.irradiance;
-        let seen = receiver.radius(self.hierarchy) * 2.0 > limits.min_size && !is_same(receiver, source);
+        let seen =
+            receiver.radius(self.hierarchy) * 2.0 > self.thresholds.min_size && !is_same(receiver, source);
         if bright
             && seen
             && figures.near
@@ -358,7 +391,7 @@ impl<'a> Refiner<'a> {
                 all.filter(|(r, s)| !share_facet(r, s)).collect()
             }
         };
-        if power > PARALLEL_IMPORTANCE * self.thresholds.power {
+        if power > PARALLEL_IMPORTANCE * self.limits(receiver).power {
             let tasks: Vec<Output> = pairs
                 .par_iter()
                 .with_max_len(1)

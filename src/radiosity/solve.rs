@@ -1,6 +1,6 @@
 //! From a hierarchy to a solution: refine and iterate until the energy error is small.
 
-use super::escape::escaped_power;
+use super::flight::flight;
 use super::forest::Forest;
 use super::links::{Link, LinkClass, LinkSet};
 use super::refine::{RefineCounters, Refiner, Thresholds};
@@ -16,6 +16,9 @@ use std::time::Instant;
 /// at a coarse one need not be looked at again.
 const SCHEDULE: [f64; 2] = [16.0, 4.0];
 
+/// Surfaces darker than this share of the typical irradiance get no more care for being darker still.
+const DARK: f64 = 0.3;
+
 /// Refinement has settled when it adds fewer links than this share.
 const SETTLED: f64 = 1e-2;
 
@@ -25,14 +28,15 @@ const CONVERGED: f64 = 2e-5;
 /// How exact the solution has to be.
 #[derive(Clone, Copy, Debug)]
 pub struct SolveOptions {
-    /// Power a link may get wrong, relative to the power that falls on a typical lit facet.
+    /// Power a link may get wrong, relative to the power that the receiver's irradiance would bring to a
+    /// wall of the room.
     pub epsilon: f64,
-    /// Irradiance a link may get wrong, relative to the mean irradiance of lit surfaces.
+    /// Irradiance a link may get wrong, relative to the receiver's.
     pub contrast: f64,
-    /// Smallest element edge, in scene units; `None` derives it from the lit size of the scene and
+    /// Smallest element edge, in scene units; `None` derives it from the size of the rooms and
     /// `resolution`.
     pub min_size: Option<f64>,
-    /// Elements across the lit size of the scene, when `min_size` is `None`.
+    /// Elements across two walls of a room, when `min_size` is `None`.
     pub resolution: f64,
     /// Most iterations.
     pub iterations: u32,
@@ -163,14 +167,16 @@ pub fn solve(
             cap = Cap::new(hierarchy, &forest, &links);
             progress.finish();
             refine_seconds += start.elapsed().as_secs_f64();
-            if std::env::var("DBG").is_ok() { eprintln!("pass {iterations} coarse {} {:.2}s links {} added {added} vis {:?}", thresholds.coarseness, start.elapsed().as_secs_f64(), links.links.len(), counters.visibility); }
         }
         let start = Instant::now();
         let next = light.iterate(hierarchy, &forest, &links, &Materials { hierarchy, forest: &forest }, &cap);
         error = changed_power(&forest, &light, &next);
         light = next;
         iterations += 1;
-        thresholds = thresholds_for(iterations as usize, &light, &forest, emitted, hierarchy, options);
+        if !settled {
+            let room_area = flight(hierarchy, &forest, &light, tracer).wall_area;
+            thresholds = thresholds_for(iterations as usize, &light, &forest, room_area, hierarchy, options);
+        }
         solve_seconds += start.elapsed().as_secs_f64();
     }
 
@@ -217,50 +223,49 @@ fn first_thresholds(emitted: f64, hierarchy: &Hierarchy, options: &SolveOptions)
     let min_size = options.min_size.map_or(1.0 / 32.0, |size| hierarchy.frame.local_length(size));
     Thresholds {
         coarseness: SCHEDULE[0],
-        power: emitted * (options.epsilon * SCHEDULE[0]).max(1e-3),
-        irradiance: f64::INFINITY,
+        area: (options.epsilon * SCHEDULE[0]).max(1e-3),
+        contrast: f64::INFINITY,
+        dark: emitted,
         min_size,
     }
 }
 
-/// Thresholds relative to the light as it falls: the mean irradiance where there is light, and the
-/// mean area of the facets it falls on (both weighted by power). So the size of a scene does not
-/// matter, only what is lit in it.
+/// Thresholds relative to the light as it falls, and to the size of the rooms it falls in: so neither
+/// the size of a building nor the fineness of its triangles matters.
 fn thresholds_for(
     iteration: usize,
     light: &Light,
     forest: &Forest,
-    emitted: f64,
+    room_area: f64,
     hierarchy: &Hierarchy,
     options: &SolveOptions,
 ) -> Thresholds {
-    let (mut power, mut by_irradiance, mut by_area) = (0.0, 0.0, 0.0);
-    for side in 0..forest.side_count() {
-        let (first, end) = (forest.first_element[side] as usize, forest.first_element[side + 1] as usize);
-        let root_area = forest.area[first] as f64;
-        for element in (first..end).filter(|&e| forest.second[e] == 0) {
-            let irradiance = light.irradiance[element].max_element() as f64;
-            let received = irradiance * forest.area[element] as f64;
-            power += received;
-            by_irradiance += received * irradiance;
-            by_area += received * root_area;
-        }
-    }
-    if power <= 0.0 {
-        return first_thresholds(emitted, hierarchy, options);
-    }
-    let (irradiance, facet_area) = (by_irradiance / power, by_area / power);
-    let lit_area = (emitted / irradiance).min(4.0 * facet_area);
     let factor = SCHEDULE.get(iteration).copied().unwrap_or(1.0);
-    let min_size = options
-        .min_size
-        .map_or_else(|| lit_area.sqrt() / options.resolution, |size| hierarchy.frame.local_length(size));
+    let min_size = options.min_size.map_or_else(
+        || 2.0 * room_area.sqrt() / options.resolution,
+        |size| hierarchy.frame.local_length(size),
+    );
     Thresholds {
         coarseness: factor,
-        power: options.epsilon * factor * emitted.min(irradiance * facet_area),
-        irradiance: options.contrast * factor * irradiance,
+        area: options.epsilon * factor * room_area,
+        contrast: options.contrast * factor,
+        dark: DARK * typical_irradiance(light, forest),
         min_size: min_size.max(MIN_LOCAL_SIZE),
     }
+}
+
+/// Geometric mean of the irradiance, weighted by the power it brings.
+fn typical_irradiance(light: &Light, forest: &Forest) -> f64 {
+    let (mut power, mut logarithms) = (0.0, 0.0);
+    for element in (0..forest.len()).filter(|&e| forest.second[e] == 0) {
+        let irradiance = light.irradiance[element].max_element() as f64;
+        if irradiance > 0.0 {
+            let received = irradiance * forest.area[element] as f64;
+            power += received;
+            logarithms += received * irradiance.ln();
+        }
+    }
+    if power > 0.0 { (logarithms / power).exp() } else { 0.0 }
 }
 
 /// No element gets smaller than this, local length: a few hundred roundings.
@@ -299,7 +304,7 @@ fn balance(
             energy.absorbed += sum(light.irradiance[element] * (Vec3::ONE - reflectance));
         }
     }
-    energy.escaped = escaped_power(hierarchy, forest, light, tracer) * square_meters;
+    energy.escaped = flight(hierarchy, forest, light, tracer).escaped * square_meters;
     energy.error = error * square_meters;
     energy
 }

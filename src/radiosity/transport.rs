@@ -27,6 +27,8 @@ pub struct Light {
     pub power: Vec<f32>,
     /// Largest exitance in each cluster, largest channel.
     pub peak: Vec<f32>,
+    /// Mean irradiance of all sides in each cluster, largest channel.
+    pub lit: Vec<f32>,
 }
 
 /// The share of its hemisphere that each element's links cover.
@@ -244,6 +246,7 @@ impl Light {
         lobes.fill(CosineLobes::default());
         self.power = vec![0.0; hierarchy.nodes.len()];
         self.peak = vec![0.0; hierarchy.nodes.len()];
+        self.lit = vec![0.0; hierarchy.nodes.len()];
         for index in (0..hierarchy.nodes.len()).rev() {
             let node = &hierarchy.nodes[index];
             if node.is_leaf() {
@@ -254,6 +257,7 @@ impl Light {
                     let power = self.exitance[root] * forest.area[root];
                     lobes[index].add(if back { -normal } else { normal }, power / PI);
                     self.power[index] += power.max_element();
+                    self.lit[index] += self.irradiance[root].max_element() / hierarchy.sides() as f32;
                     self.peak[index] =
                         self.peak[index].max(self.exitance[root].max_element() + self.variation[root]);
                 }
@@ -262,6 +266,8 @@ impl Light {
                     let below = lobes[child];
                     lobes[index].merge(&below);
                     self.power[index] += self.power[child];
+                    self.lit[index] +=
+                        self.lit[child] * (hierarchy.nodes[child].area / node.area.max(f32::MIN_POSITIVE));
                     self.peak[index] = self.peak[index].max(self.peak[child]);
                 }
             }

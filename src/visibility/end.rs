@@ -39,7 +39,7 @@ impl NodeEnd<'_> {
     }
 
     /// For points on it.
-    pub(super) fn sampler(&self, hierarchy: &Hierarchy) -> EndSampler<'_> {
+    pub(super) fn sampler(&self) -> EndSampler<'_> {
         match self {
             NodeEnd::Element { polygon, facet, .. } => EndSampler::Element(polygon.sampler(), *facet),
             NodeEnd::Cluster(node) => EndSampler::Cluster(*node),

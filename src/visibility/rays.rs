@@ -10,6 +10,9 @@ use glam::DVec3;
 /// Most different blockers remembered of one pair.
 const REMEMBERED: usize = 4;
 
+/// Most pairs of points tried to find two that face each other.
+const MOST_TRIED: u32 = 256;
+
 /// One ray of a pair, kept until it is known whether its weight is wanted.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sighting {
@@ -91,7 +94,7 @@ impl Tester<'_> {
     ) -> RayCount {
         let (receiver, source) = (pair.receiver, pair.source);
         let sequence = PairSequence::new(pair.seed);
-        let (on_receiver, on_source) = (receiver.sampler(self.hierarchy), source.sampler(self.hierarchy));
+        let (on_receiver, on_source) = (receiver.sampler(), source.sampler());
         let mut met = RayCount::default();
         let mut audit = FilterAudit::default();
         let mut segments =
@@ -101,12 +104,12 @@ impl Tester<'_> {
         let mut blockers = [NO_FACET; PACKET];
         let softening =
             0.01 * receiver.center(self.hierarchy).distance_squared(source.center(self.hierarchy));
-        // Points that face away are passed over; twice the rays are tried at most.
+        // Points that face away are passed over; twice the rays are tried, or more to find one at all.
         let mut tried = 0;
-        while met.cast() < count && tried < 2 * count {
+        while met.cast() < count && tried < 2 * count || met.cast() == 0 && tried < MOST_TRIED {
             let wanted = (count - met.cast()).min(PACKET as u32) as usize;
             let mut ready = 0;
-            while ready < wanted && tried < 2 * count {
+            while ready < wanted && (tried < 2 * count || ready == 0 && tried < MOST_TRIED) {
                 let [a, b, c, d] = sequence.point(tried);
                 tried += 1;
                 let (from, from_facet) = on_receiver.point_at(self.hierarchy, a, b);

@@ -46,10 +46,10 @@ impl Case {
     }
 }
 
-/// Settings near the quality `draft`.
+/// Settings near the quality `draft`, a little finer.
 pub(crate) fn rough(strategy: Strategy) -> SolveOptions {
     SolveOptions {
-        epsilon: 4e-3,
+        epsilon: 2e-3,
         contrast: 0.2,
         min_size: None,
         resolution: 64.0,

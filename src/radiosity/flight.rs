@@ -1,4 +1,4 @@
-//! The power that leaves the scene, found with rays: independent of links, so that the energy balance
+//! Where the light of a solution goes, found with rays: independent of links, so that the energy balance
 //! tests them.
 
 use super::forest::Forest;
@@ -16,13 +16,18 @@ const RAYS: u32 = 1 << 17;
 /// How far above its surface a ray starts, local units.
 const LIFT: f64 = 1e-5;
 
-/// Power (sum over channels, local areas) of the light that meets no surface after leaving one.
-pub(super) fn escaped_power(
-    hierarchy: &Hierarchy,
-    forest: &Forest,
-    light: &Light,
-    tracer: &dyn Tracer,
-) -> f64 {
+/// Where light goes after it leaves a surface.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Flight {
+    /// Power (sum over channels, local areas) of the light that meets no surface.
+    pub(super) escaped: f64,
+    /// Mean square distance the other light flies, local units: about the area of a wall of the rooms it
+    /// fills. 1 when there is no such light.
+    pub(super) wall_area: f64,
+}
+
+/// Follows the light one step.
+pub(super) fn flight(hierarchy: &Hierarchy, forest: &Forest, light: &Light, tracer: &dyn Tracer) -> Flight {
     let leaves: Vec<u32> = (0..forest.len() as u32).filter(|&e| forest.second[e as usize] == 0).collect();
     let power_of = |e: u32| {
         let b = light.exitance[e as usize];
@@ -37,10 +42,10 @@ pub(super) fn escaped_power(
         })
         .collect();
     if total <= 0.0 {
-        return 0.0;
+        return Flight { escaped: 0.0, wall_area: 1.0 };
     }
     let sequence = PairSequence::new(1);
-    let missed: u64 = (0..RAYS / PACKET as u32)
+    let packets: Vec<(u32, f64)> = (0..RAYS / PACKET as u32)
         .into_par_iter()
         .map(|packet| {
             let rays: [Ray; PACKET] = std::array::from_fn(|i| {
@@ -55,10 +60,23 @@ pub(super) fn escaped_power(
             });
             let mut hits = [None; PACKET];
             tracer.first_hits(&rays, &mut hits);
-            hits.iter().filter(|hit| hit.is_none()).count() as u64
+            hits.iter().fold((0, 0.0), |(missed, squares), hit| match hit {
+                None => (missed + 1, squares),
+                Some(hit) => (missed, squares + (hit.t as f64).powi(2)),
+            })
         })
-        .sum();
-    total * missed as f64 / RAYS as f64
+        .collect();
+    let (missed, squares) =
+        packets.iter().fold((0, 0.0), |(m, s), &(missed, squares)| (m + missed, s + squares));
+    Flight {
+        escaped: total * missed as f64 / RAYS as f64,
+        wall_area: if missed < RAYS { rounded(squares / (RAYS - missed) as f64) } else { 1.0 },
+    }
+}
+
+/// To the nearest quarter of a power of two, so that two tracers that round differently refine alike.
+fn rounded(x: f64) -> f64 {
+    ((4.0 * x.log2()).round() / 4.0).exp2()
 }
 
 /// A direction about `normal` with probability proportional to its cosine.
