@@ -246,7 +246,7 @@ impl<'a> Refiner<'a> {
         };
         let (verdict, narrowed) = self.tester.classify(&mut output.worker, &pair);
         if self.is_classic() {
-            // When none of n rays gets through, about one in n + 1 may still.
+            // A kernel-weighted fraction can be tiny: fewer than one ray in n + 1 is more than n rays can tell.
             let least = 1.0 / (self.tester.options().rays as f64 + 1.0);
             let fraction = (verdict.fraction as f64).max(least);
             figures.kernel_error *= fraction;

@@ -19,6 +19,9 @@ const SCHEDULE: [f64; 2] = [16.0, 4.0];
 /// Surfaces darker than this share of the typical irradiance get no more care for being darker still.
 const DARK: f64 = 0.3;
 
+/// Light caught in a narrow gap makes no room smaller than this share of the facets it falls on.
+const LEAST_WALL: f64 = 0.01;
+
 /// Refinement has settled when it adds fewer links than this share.
 const SETTLED: f64 = 1e-2;
 
@@ -120,7 +123,7 @@ impl Solution {
     pub fn elements_bytes(&self) -> u64 {
         let element =
             size_of::<crate::hierarchy::ElementTree>() + size_of::<Vec3>() * 3 + size_of::<f32>() * 3;
-        let cluster = size_of::<crate::math::CosineLobes>() + 2 * size_of::<f32>();
+        let cluster = size_of::<crate::math::CosineLobes>() + 3 * size_of::<f32>();
         (self.forest.len() * element + self.light.power.len() * cluster) as u64
     }
 }
@@ -174,8 +177,11 @@ pub fn solve(
         light = next;
         iterations += 1;
         if !settled {
-            let room_area = flight(hierarchy, &forest, &light, tracer).wall_area;
-            thresholds = thresholds_for(iterations as usize, &light, &forest, room_area, hierarchy, options);
+            let wall_area = flight(hierarchy, &forest, &light, tracer).wall_area;
+            if let Some(lit) = Lit::of(&light, &forest) {
+                let wall_area = wall_area.max(LEAST_WALL * lit.area);
+                thresholds = thresholds_for(iterations as usize, &lit, wall_area, hierarchy, options);
+            }
         }
         solve_seconds += start.elapsed().as_secs_f64();
     }
@@ -234,38 +240,51 @@ fn first_thresholds(emitted: f64, hierarchy: &Hierarchy, options: &SolveOptions)
 /// the size of a building nor the fineness of its triangles matters.
 fn thresholds_for(
     iteration: usize,
-    light: &Light,
-    forest: &Forest,
-    room_area: f64,
+    lit: &Lit,
+    wall_area: f64,
     hierarchy: &Hierarchy,
     options: &SolveOptions,
 ) -> Thresholds {
     let factor = SCHEDULE.get(iteration).copied().unwrap_or(1.0);
     let min_size = options.min_size.map_or_else(
-        || 2.0 * room_area.sqrt() / options.resolution,
+        || 2.0 * wall_area.sqrt() / options.resolution,
         |size| hierarchy.frame.local_length(size),
     );
     Thresholds {
         coarseness: factor,
-        area: options.epsilon * factor * room_area,
+        area: options.epsilon * factor * wall_area,
         contrast: options.contrast * factor,
-        dark: DARK * typical_irradiance(light, forest),
+        dark: DARK * lit.irradiance,
         min_size: min_size.max(MIN_LOCAL_SIZE),
     }
 }
 
-/// Geometric mean of the irradiance, weighted by the power it brings.
-fn typical_irradiance(light: &Light, forest: &Forest) -> f64 {
-    let (mut power, mut logarithms) = (0.0, 0.0);
-    for element in (0..forest.len()).filter(|&e| forest.second[e] == 0) {
-        let irradiance = light.irradiance[element].max_element() as f64;
-        if irradiance > 0.0 {
-            let received = irradiance * forest.area[element] as f64;
-            power += received;
-            logarithms += received * irradiance.ln();
+/// What the light falls on.
+struct Lit {
+    /// Geometric mean of the irradiance, weighted by the power it brings.
+    irradiance: f64,
+    /// Mean area of the facets it falls on, weighted likewise, local units.
+    area: f64,
+}
+
+impl Lit {
+    /// `None` when all is dark.
+    fn of(light: &Light, forest: &Forest) -> Option<Lit> {
+        let (mut power, mut logarithms, mut areas) = (0.0, 0.0, 0.0);
+        for side in 0..forest.side_count() {
+            let (first, end) = (forest.first_element[side] as usize, forest.first_element[side + 1] as usize);
+            for element in (first..end).filter(|&e| forest.second[e] == 0) {
+                let irradiance = light.irradiance[element].max_element() as f64;
+                if irradiance > 0.0 {
+                    let received = irradiance * forest.area[element] as f64;
+                    power += received;
+                    logarithms += received * irradiance.ln();
+                    areas += received * forest.area[first] as f64;
+                }
+            }
         }
+        (power > 0.0).then(|| Lit { irradiance: (logarithms / power).exp(), area: areas / power })
     }
-    if power > 0.0 { (logarithms / power).exp() } else { 0.0 }
 }
 
 /// No element gets smaller than this, local length: a few hundred roundings.
