@@ -70,8 +70,8 @@ impl Preset {
     const fn of(quality: QualityArg) -> Self {
         let (epsilon, contrast, resolution, rays, iterations, samples) = match quality {
             QualityArg::Draft => (5e-3, 0.8, 64.0, 4, 50, 4),
-            QualityArg::Normal => (5e-5, 0.1, 200.0, 16, 100, 16),
-            QualityArg::High => (1e-5, 0.05, 400.0, 32, 200, 36),
+            QualityArg::Normal => (5e-5, 0.1, 128.0, 16, 100, 16),
+            QualityArg::High => (1e-5, 0.05, 256.0, 32, 200, 36),
         };
         Self { epsilon, contrast, resolution, rays, iterations, samples }
     }

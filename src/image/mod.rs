@@ -5,9 +5,9 @@ mod interpolate;
 mod mesh_view;
 pub mod picture;
 mod reconstruct;
-pub use reconstruct::Reconstruction;
 mod render;
 pub mod tone;
 pub mod write;
 
+pub use reconstruct::{Reconstruction, Spot};
 pub use render::{RenderOptions, View, render};

@@ -196,6 +196,16 @@ impl<'a> Refiner<'a> {
         Limits { power: self.thresholds.area * irradiance, irradiance: self.thresholds.contrast * irradiance }
     }
 
+    /// Irradiance of a link over what it may get wrong in the end; before it is known where light falls,
+    /// every link may turn out to matter.
+    fn prominence(&self, figures: &Estimate, limits: &Limits) -> f64 {
+        if limits.irradiance.is_finite() {
+            figures.irradiance * self.thresholds.coarseness / limits.irradiance
+        } else {
+            f64::MAX
+        }
+    }
+
     fn party(&self, id: u32) -> Party<'a> {
         let clusters = self.hierarchy.nodes.len() as u32;
         if id < clusters {
@@ -234,6 +244,7 @@ impl<'a> Refiner<'a> {
         }
 
         let if_partial = self.wanted_split(receiver, source, &figures, true);
+        let limits = self.limits(receiver);
         let shading = Shading { source, forest: self.forest, light: self.light };
         let pair = Pair {
             receiver: &receiver.end(),
@@ -241,7 +252,8 @@ impl<'a> Refiner<'a> {
             seed: hash_pair(receiver.key(), source.key()),
             inherited: state.inheritance,
             subdivided: if_partial.is_some(),
-            importance: figures.power * self.thresholds.coarseness / self.limits(receiver).power,
+            importance: figures.power * self.thresholds.coarseness / limits.power,
+            prominence: self.prominence(&figures, &limits),
             brightness: (!self.is_classic() && !source.is_uniform()).then_some(&shading),
         };
         let (verdict, narrowed) = self.tester.classify(&mut output.worker, &pair);
@@ -326,7 +338,9 @@ impl<'a> Refiner<'a> {
         let larger_source = source.radius(self.hierarchy) > receiver.radius(self.hierarchy);
         let uneven = figures.source_error > limits.power;
         let kernel = figures.kernel_error > limits.power;
-        let shadow = partial && !classic && (bright || 0.25 * figures.power > limits.power);
+        let occluded = partial && !classic;
+        let heavy = occluded && 0.25 * figures.power > limits.power;
+        let shadow = heavy || occluded && bright;
         match (receiver, source) {
             (Party::Element { .. }, Party::Element { .. }) => {
                 if uneven && can_source && figures.source_error > figures.kernel_error {
@@ -339,8 +353,10 @@ impl<'a> Refiner<'a> {
                     return Some(Split::Source);
                 }
                 match (can_receiver, can_source) {
-                    (_, true) if shadow && larger_source => Some(Split::Source),
-                    (true, _) if shadow => Some(Split::Receiver),
+                    // A shadow is drawn by small receivers, not by small pieces of a lamp.
+                    (true, _) if shadow && self.prominence(figures, &limits) > 2.0 => Some(Split::Receiver),
+                    (_, true) if heavy && larger_source => Some(Split::Source),
+                    (true, _) if heavy => Some(Split::Receiver),
                     _ => None,
                 }
             }

@@ -14,6 +14,9 @@ const CLASSIFYING_RAYS: u32 = 16;
 /// Rays that `adaptive` gives to the least of links.
 const LEAST_RAYS: u32 = 4;
 
+/// How many times the rays `adaptive` gives to links that draw a shadow.
+const SHADOW_RAYS: f64 = 4.0;
+
 /// Node tests `adaptive` may spend on one shaft.
 const ADAPTIVE_ALLOWANCE: u64 = 512;
 
@@ -95,6 +98,8 @@ pub struct Pair<'a> {
     pub subdivided: bool,
     /// Power of the link over the threshold of refinement.
     pub importance: f64,
+    /// Irradiance of the link over the threshold of refinement.
+    pub prominence: f64,
     /// Rays count as much as the source is bright where they end; `None` for a uniform source.
     pub brightness: Option<&'a dyn Brightness>,
 }
@@ -197,8 +202,8 @@ impl<'a> Tester<'a> {
         }
         let candidates = pair.inherited.candidates.for_rays();
         if !pair.subdivided {
-            // A link that carries little does not deserve many rays.
-            let share = pair.importance.clamp(0.0, 1.0);
+            // A link that carries little does not deserve many rays; where it shows, noise shows too.
+            let share = pair.importance.min(1.0).max(pair.prominence.min(SHADOW_RAYS));
             let count =
                 ((self.options.rays as f64 * share).ceil() as u32).max(self.options.rays.min(LEAST_RAYS));
             let met = self.cast(worker, pair, count, false, candidates, None);

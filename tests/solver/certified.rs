@@ -93,6 +93,7 @@ fn pairs_proved_visible_or_invisible_are() {
                 inherited: Inheritance { candidates: &root, blocker: NO_FACET },
                 subdivided: true,
                 importance: 1.0,
+                prominence: 1.0,
                 brightness: None,
             };
             let (verdict, narrowed) = tester.classify(&mut worker, &pair);
