@@ -3,8 +3,8 @@
 use super::Plane;
 use glam::DVec3;
 
-/// Room for a facet clipped by every plane of a shaft.
-const CAPACITY: usize = 40;
+/// Room for a facet clipped by every plane of a shaft and every face of its box.
+const CAPACITY: usize = 48;
 
 /// A convex polygon being clipped, in fixed storage.
 #[derive(Clone, Debug)]

@@ -2,7 +2,7 @@
 
 use super::Shaft;
 use crate::hierarchy::{Hierarchy, Interval, TOLERANCE};
-use crate::math::{Aabb, Clip};
+use crate::math::{Aabb, Clip, Plane};
 use glam::DVec3;
 
 /// Where a node lies.
@@ -48,7 +48,17 @@ impl Shaft {
     /// Whether any part of a convex outline is in the shaft by more than `margin`.
     pub fn holds_part_of(&self, vertices: &[DVec3], margin: f64) -> bool {
         let mut piece = Clip::new(vertices);
-        self.planes().iter().all(|plane| piece.keep_front(plane, margin))
+        self.faces_across(vertices, margin).all(|face| piece.keep_front(&face, margin))
+            && self.planes().iter().all(|plane| piece.keep_front(plane, margin))
+    }
+
+    /// The faces of the box around both ends that do not have all `vertices` in front of them by `margin`.
+    fn faces_across<'a>(&self, vertices: &'a [DVec3], margin: f64) -> impl Iterator<Item = Plane> + use<'a> {
+        let corners = [(self.bounds.min.as_dvec3(), 1.0), (self.bounds.max.as_dvec3(), -1.0)];
+        corners
+            .into_iter()
+            .flat_map(|(corner, sign)| DVec3::AXES.map(|axis| Plane::through(corner, axis * sign)))
+            .filter(move |face| vertices.iter().any(|&v| face.distance(v) < margin))
     }
 
     /// Narrows `nodes` (ascending node ids) down to what may block inside the shaft.
@@ -105,7 +115,7 @@ pub fn intervals_of(hierarchy: &Hierarchy, nodes: &[u32], intervals: &mut Vec<In
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::{Plane, Polygon};
+    use crate::math::Polygon;
     use crate::shaft::End;
 
     fn facing_squares() -> (Polygon, Polygon) {
@@ -145,5 +155,17 @@ mod tests {
         assert!(!shaft.holds_part_of(&wall, TOLERANCE));
         let leaning = wall.map(|p| p - DVec3::X * (p.z * 0.2));
         assert!(shaft.holds_part_of(&leaning, TOLERANCE));
+    }
+
+    #[test]
+    fn a_shaft_ends_with_the_box_around_both_ends() {
+        let shaft = Shaft::between(
+            End::Box(aabb([0.0; 3], [0.5, 0.5, 0.1])),
+            End::Box(aabb([0.0, 0.0, 0.4], [0.5; 3])),
+        );
+        let board = |z: f64| [(0.1, 0.1), (0.4, 0.1), (0.1, 0.4)].map(|(x, y)| DVec3::new(x, y, z));
+        assert!(!shaft.holds_part_of(&board(0.0), TOLERANCE));
+        assert!(shaft.holds_part_of(&board(0.2), TOLERANCE));
+        assert!(!shaft.holds_part_of(&board(0.6), TOLERANCE));
     }
 }
