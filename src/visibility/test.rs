@@ -14,7 +14,7 @@ const CLASSIFYING_RAYS: u32 = 16;
 /// Rays that `adaptive` gives to the least of links.
 const LEAST_RAYS: u32 = 4;
 
-/// How many times the rays `adaptive` gives to links that draw a shadow.
+/// How many times the rays links that draw a shadow get.
 const SHADOW_RAYS: f64 = 4.0;
 
 /// Node tests `adaptive` may spend on one shaft.
@@ -164,12 +164,14 @@ impl<'a> Tester<'a> {
             Strategy::Shaft => self.shaft_first(worker, pair),
             Strategy::Adaptive => self.rays_first(worker, pair),
             Strategy::Sampled => {
-                let met = self.cast_all(worker, pair, Candidates::All, None);
+                let met = self.cast(worker, pair, self.options.rays, false, Candidates::All, None);
                 (Verdict { inheritable: false, ..verdict_of(&met) }, None)
             }
         };
         if self.options.certify {
             verdict.inheritable = verdict.certified;
+            verdict.doubtful |=
+                !verdict.certified && verdict.class != Class::Partial && pair.importance >= 1.0;
         }
         let cast = worker.counters.rays_cast - rays_before;
         worker.counters.rays_avoided += (self.options.rays as u64).saturating_sub(cast);
@@ -202,11 +204,11 @@ impl<'a> Tester<'a> {
         }
         let candidates = pair.inherited.candidates.for_rays();
         if !pair.subdivided {
-            // A link that carries little does not deserve many rays; where it shows, noise shows too.
-            let share = pair.importance.min(1.0).max(pair.prominence.min(SHADOW_RAYS));
-            let count =
+            // A link that carries little does not deserve many rays.
+            let share = pair.importance.clamp(0.0, 1.0);
+            let least =
                 ((self.options.rays as f64 * share).ceil() as u32).max(self.options.rays.min(LEAST_RAYS));
-            let met = self.cast(worker, pair, count, false, candidates, None);
+            let met = self.cast_weighing(worker, pair, least, candidates, None);
             return (verdict_of(&met), None);
         }
         let met = self.cast_classifying(worker, pair, candidates, None);
@@ -247,12 +249,13 @@ impl<'a> Tester<'a> {
         let met = if pair.subdivided {
             self.cast_classifying(worker, pair, candidates, shaft)
         } else {
-            self.cast_all(worker, pair, candidates, shaft)
+            self.cast_weighing(worker, pair, self.options.rays, candidates, shaft)
         };
         let elements = [pair.receiver, pair.source].iter().all(|end| matches!(end, NodeEnd::Element { .. }));
         Verdict { inheritable: elements && met.cast() > 0 && !met.is_mixed(), ..verdict_of(&met) }
     }
 
+    /// For the class of a pair: stops when two rays disagree.
     fn cast_classifying(
         &self,
         worker: &mut Worker,
@@ -266,14 +269,17 @@ impl<'a> Tester<'a> {
         self.cast(worker, pair, count, true, candidates, shaft)
     }
 
-    fn cast_all(
+    /// For the fraction of a link: at least `least` rays, and more where noise would show.
+    fn cast_weighing(
         &self,
         worker: &mut Worker,
         pair: &Pair<'_>,
+        least: u32,
         candidates: Candidates<'_>,
         shaft: Option<&Shaft>,
     ) -> RayCount {
-        self.cast(worker, pair, self.options.rays, false, candidates, shaft)
+        let shown = (self.options.rays as f64 * pair.prominence.min(SHADOW_RAYS)) as u32;
+        self.cast(worker, pair, shown.max(least), false, candidates, shaft)
     }
 
     /// Builds the pair's shaft and narrows the inherited candidates.

@@ -26,7 +26,7 @@ fn furnace(reflectance: f32, furnished: bool) -> Scene {
 }
 
 fn fine(visibility: VisibilityOptions, epsilon: f64) -> SolveOptions {
-    SolveOptions { epsilon, contrast: 0.02, min_size: None, resolution: 64.0, iterations: 200, visibility }
+    SolveOptions { epsilon, contrast: 0.1, min_size: None, resolution: 64.0, iterations: 200, visibility }
 }
 
 fn visibility(strategy: Strategy, certify: bool) -> VisibilityOptions {

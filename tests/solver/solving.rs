@@ -50,9 +50,9 @@ impl Case {
 pub(crate) fn rough(strategy: Strategy) -> SolveOptions {
     SolveOptions {
         epsilon: 2e-3,
-        contrast: 0.2,
+        contrast: 0.4,
         min_size: None,
-        resolution: 64.0,
+        resolution: 48.0,
         iterations: 50,
         visibility: VisibilityOptions { strategy, rays: 4, certify: false },
     }
@@ -62,9 +62,9 @@ pub(crate) fn rough(strategy: Strategy) -> SolveOptions {
 pub(crate) fn options(strategy: Strategy) -> SolveOptions {
     SolveOptions {
         epsilon: 1e-3,
-        contrast: 0.1,
+        contrast: 0.2,
         min_size: None,
-        resolution: 100.0,
+        resolution: 64.0,
         iterations: 100,
         visibility: VisibilityOptions { strategy, rays: 16, certify: false },
     }
