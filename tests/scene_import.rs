@@ -384,6 +384,7 @@ fn a_faulty_library_names_its_line() {
         (b"newmtl m\nKe 1 x 1\n", Parse, "a.mtl:2: Ke: 'x' is not a number"),
         (b"newmtl m\nKe 1 inf 1\n", Parse, "a.mtl:2: Ke: 'inf' is not finite"),
         (b"newmtl m\nKe 1 1e200 1\n", Parse, "a.mtl:2: Ke: the number is too large"),
+        (b"newmtl m\nKe 1 1e38 1\n", Parse, "a.mtl:2: Ke: the number is too large"),
         (b"newmtl m\nKd 1 -1 1\n", Invalid, "a.mtl:2: Kd is negative"),
         (b"newmtl m\nKd spectral a.rfl\n", Parse, "a.mtl:2: Kd: 'spectral' colours are not supported"),
         (b"new\0", Parse, "a.mtl:1: the line holds NUL bytes"),

@@ -198,30 +198,49 @@ pub(super) fn estimate(
 
 /// Mean form factor over the receiver and how much it differs; `None` when it is 0 everywhere.
 fn element_factor(receiver: &Piece<'_>, source: &Piece<'_>) -> Option<(f64, f64)> {
-    let source = PolygonSource::new(&source.polygon, source.plane);
-    let at = |point| source.form_factor(point, receiver.plane.normal);
-    let center = receiver.polygon.center();
+    let seen = PolygonSource::new(&source.polygon, source.plane);
     let own = receiver.polygon.extent();
-    let distance = center.distance(source.center()) - 0.5 * source.extent();
+    let distance = receiver.polygon.center().distance(seen.center()) - 0.5 * seen.extent();
     if distance > FAR * own {
-        let factor = at(center);
+        let factor = seen.form_factor(receiver.polygon.center(), receiver.plane.normal);
         // The kernel falls with the square of the distance and turns with two cosines.
         return (factor > 0.0).then_some((factor, factor * 2.0 * own / distance));
     }
-    let vertices = receiver.polygon.vertices();
-    let inset = if vertices.len() == 3 { 0.5 } else { 1.0 / 3f64.sqrt() };
-    let (mut sum, mut low, mut high) = (0.0, f64::MAX, 0.0f64);
-    for &v in vertices {
-        let f = at(center.lerp(v, inset));
-        sum += f;
-        low = low.min(f);
-        high = high.max(f);
-    }
-    let mean = sum / vertices.len() as f64;
-    let near = at(nearest_point(receiver, source.center()));
+    let mut sampled = Sampled::over(receiver, &seen);
+    let near = seen.form_factor(nearest_point(receiver, seen.center()), receiver.plane.normal);
     // The quadrature points cover the inner part; the corners lie further out.
-    let spread = ((high - low) / inset).max((near - mean).abs());
-    (high > 0.0 || near > 0.0).then_some((mean, spread))
+    let spread = ((sampled.high - sampled.low) / sampled.inset).max((near - sampled.mean).abs());
+    if own > seen.extent() {
+        // The contour formula is exact over the larger one: what the source sends to the receiver is
+        // what the receiver gets, A_i F_ij = A_j F_ji.
+        let back = Sampled::over(source, &PolygonSource::new(&receiver.polygon, receiver.plane));
+        sampled.mean = back.mean * source.polygon.area() / receiver.polygon.area();
+    }
+    (sampled.high > 0.0 || near > 0.0 || sampled.mean > 0.0).then_some((sampled.mean, spread))
+}
+
+/// Form factors at a few points of a piece.
+struct Sampled {
+    mean: f64,
+    low: f64,
+    high: f64,
+    /// How far out the points lie between centre and corners.
+    inset: f64,
+}
+
+impl Sampled {
+    fn over(piece: &Piece<'_>, other: &PolygonSource<'_>) -> Sampled {
+        let (center, vertices) = (piece.polygon.center(), piece.polygon.vertices());
+        let inset = if vertices.len() == 3 { 0.5 } else { 1.0 / 3f64.sqrt() };
+        let (mut sum, mut low, mut high) = (0.0, f64::MAX, 0.0f64);
+        for &v in vertices {
+            let f = other.form_factor(center.lerp(v, inset), piece.plane.normal);
+            sum += f;
+            low = low.min(f);
+            high = high.max(f);
+        }
+        Sampled { mean: sum / vertices.len() as f64, low, high, inset }
+    }
 }
 
 /// A point of the receiver near to `target`, a little inside.

@@ -15,7 +15,7 @@ use super::Camera;
 use super::draft::DEFAULT_GREY;
 use super::error::{SceneError, quoted};
 use super::lines::{open_regular, unreadable};
-use super::statements::LARGEST_COORDINATE;
+use super::statements::{LARGEST_COLOUR, LARGEST_COORDINATE};
 use super::triangulate::newell_normal;
 
 /// Largest description in bytes; a longer one is not written by hand.
@@ -374,10 +374,13 @@ impl Checker<'_> {
 
     fn colour(&self, value: Spanned<[f64; 3]>, key: &str) -> Result<[f64; 3], SceneError> {
         let rgb = *value.get_ref();
-        if rgb.iter().all(|channel| *channel >= 0.0 && (*channel as f32).is_finite()) {
+        if rgb.iter().all(|channel| (0.0..=LARGEST_COLOUR).contains(channel)) {
             return Ok(rgb);
         }
-        self.fault(value.span(), format!("{key} {rgb:?} is negative or not finite; write 0 or more"))
+        self.fault(
+            value.span(),
+            format!("{key} {rgb:?} is negative, not finite or too large; write 0 to {LARGEST_COLOUR:e}"),
+        )
     }
 }
 

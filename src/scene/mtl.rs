@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::error::{SceneError, quoted};
 use super::lines::Lines;
-use super::statements::{number, words};
+use super::statements::{LARGEST_COLOUR, number, words};
 
 /// One material of a library.
 #[derive(Clone, Debug, PartialEq)]
@@ -101,10 +101,10 @@ fn colour(rest: &[u8]) -> Result<[f64; 3], String> {
         _ => Err(format!("a colour needs 3 numbers and has {}; write r g b", values.len())),
     }
     .and_then(|rgb: [f64; 3]| {
-        if rgb.iter().all(|value| (*value as f32).is_finite()) {
+        if rgb.iter().all(|value| value.abs() <= LARGEST_COLOUR) {
             Ok(rgb)
         } else {
-            Err("the number is too large for single precision; write a smaller one".to_owned())
+            Err(format!("the number is too large; write at most {LARGEST_COLOUR:e}"))
         }
     })
 }

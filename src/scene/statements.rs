@@ -14,6 +14,8 @@ use super::lines::Lines;
 
 /// Largest coordinate: its square, as an area, still fits single precision.
 pub(super) const LARGEST_COORDINATE: f64 = 1e18;
+/// Largest reflectance or radiance in a file: powers made of it still fit single precision.
+pub(super) const LARGEST_COLOUR: f64 = 1e30;
 /// Most corners of one polygon.
 const MOST_CORNERS: usize = 65_535;
 

@@ -8,7 +8,7 @@ use crate::solving::{Case, OWN_SCENES, options};
 
 /// The settings of the quality `normal`.
 fn normal() -> SolveOptions {
-    SolveOptions { epsilon: 5e-5, contrast: 0.1, resolution: 200.0, ..options(Strategy::Adaptive) }
+    SolveOptions { epsilon: 5e-5, contrast: 0.1, resolution: 128.0, ..options(Strategy::Adaptive) }
 }
 
 #[test]

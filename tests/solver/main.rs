@@ -18,6 +18,7 @@ mod coverage;
 mod covered_pairs;
 mod culling_audit;
 mod determinism;
+mod extremes;
 mod furnace;
 mod proofs;
 mod second_opinion;
