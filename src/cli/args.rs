@@ -71,7 +71,7 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "LENGTH", help_heading = "Solution", value_parser = positive, allow_negative_numbers = true)]
     pub(super) min_size: Option<f64>,
     /// Visibility rays for a pair of nodes, 1 to 1024 [default: by --quality]; up to 4 times as
-    /// many for what draws a shadow, and with `adaptive` fewer for what carries little light
+    /// many for what draws a shadow
     #[arg(long, value_name = "N", help_heading = "Solution", value_parser = whole(1, 1024), allow_negative_numbers = true)]
     pub(super) rays: Option<u32>,
     /// Most iterations of gathering, 1 to 10000 [default: by --quality]

@@ -160,6 +160,12 @@ impl Polygon {
         (v.len() >= 3).then(|| Polygon::new(&v[..v.len().min(MAX_VERTICES)]))
     }
 
+    /// [`clipped`](Self::clipped), but unchanged to the last bit when no vertex lies behind the plane.
+    pub fn clipped_if_crossed(&self, plane: &Plane) -> Option<Polygon> {
+        let is_in_front = self.vertices().iter().all(|&v| plane.distance(v) >= 0.0);
+        if is_in_front { Some(*self) } else { self.clipped(plane) }
+    }
+
     /// How far `point` lies outside the outline, seen along the unit `normal`; negative inside.
     pub fn outside_distance(&self, point: DVec3, normal: DVec3) -> f64 {
         self.edges()

@@ -5,6 +5,7 @@ use super::forest::{Forest, Piece};
 use super::form_factor::PolygonSource;
 use super::transport::Light;
 use crate::hierarchy::Hierarchy;
+use crate::math::{Plane, Polygon};
 use crate::visibility::NodeEnd;
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -198,28 +199,36 @@ pub(super) fn estimate(
 
 /// Mean form factor over the receiver and how much it differs; `None` when it is 0 everywhere.
 fn element_factor(receiver: &Piece<'_>, source: &Piece<'_>) -> Option<(f64, f64)> {
-    let seen = PolygonSource::new(&source.polygon, source.plane);
-    let own = receiver.polygon.extent();
-    let distance = receiver.polygon.center().distance(seen.center()) - 0.5 * seen.extent();
+    // What lies behind the other's plane has no part in it.
+    let lit = receiver.polygon.clipped_if_crossed(&source.plane)?;
+    let shining = source.polygon.clipped_if_crossed(&receiver.plane)?;
+    let share = lit.area() / receiver.polygon.area();
+    let seen = PolygonSource::new(&shining, source.plane);
+    let normal = receiver.plane.normal;
+    let own = lit.extent();
+    let distance = lit.center().distance(seen.center()) - 0.5 * seen.extent();
     if distance > FAR * own {
-        let factor = seen.form_factor(receiver.polygon.center(), receiver.plane.normal);
+        let factor = share * seen.form_factor(lit.center(), normal);
         // The kernel falls with the square of the distance and turns with two cosines.
-        return (factor > 0.0).then_some((factor, factor * 2.0 * own / distance));
+        return (factor > 0.0).then_some((factor, factor * (2.0 * own / distance + (1.0 - share))));
     }
-    let mut sampled = Sampled::over(receiver, &seen);
-    let near = seen.form_factor(nearest_point(receiver, seen.center()), receiver.plane.normal);
+    let sampled = Sampled::over(&lit, normal, &seen);
+    let near = seen.form_factor(nearest_point(&lit, &receiver.plane, seen.center()), normal);
     // The quadrature points cover the inner part; the corners lie further out.
-    let spread = ((sampled.high - sampled.low) / sampled.inset).max((near - sampled.mean).abs());
-    if own > seen.extent() {
-        // The contour formula is exact over the larger one: what the source sends to the receiver is
-        // what the receiver gets, A_i F_ij = A_j F_ji.
-        let back = Sampled::over(source, &PolygonSource::new(&receiver.polygon, receiver.plane));
-        sampled.mean = back.mean * source.polygon.area() / receiver.polygon.area();
-    }
-    (sampled.high > 0.0 || near > 0.0 || sampled.mean > 0.0).then_some((sampled.mean, spread))
+    let low = if share < 1.0 { 0.0 } else { sampled.low };
+    let spread = ((sampled.high - low) / sampled.inset).max((near - sampled.mean).abs());
+    let factor = if own > seen.extent() {
+        // The contour formula is exact over the larger one, and what the source sends to the receiver is
+        // what the receiver gets: A_i F_ij = A_j F_ji.
+        let back = Sampled::over(&shining, source.plane.normal, &PolygonSource::new(&lit, receiver.plane));
+        back.mean * shining.area() / receiver.polygon.area()
+    } else {
+        share * sampled.mean
+    };
+    (factor > 0.0 || sampled.high > 0.0 || near > 0.0).then_some((factor, spread))
 }
 
-/// Form factors at a few points of a piece.
+/// Form factors at a few points of a polygon.
 struct Sampled {
     mean: f64,
     low: f64,
@@ -229,12 +238,12 @@ struct Sampled {
 }
 
 impl Sampled {
-    fn over(piece: &Piece<'_>, other: &PolygonSource<'_>) -> Sampled {
-        let (center, vertices) = (piece.polygon.center(), piece.polygon.vertices());
+    fn over(polygon: &Polygon, normal: DVec3, other: &PolygonSource<'_>) -> Sampled {
+        let (center, vertices) = (polygon.center(), polygon.vertices());
         let inset = if vertices.len() == 3 { 0.5 } else { 1.0 / 3f64.sqrt() };
         let (mut sum, mut low, mut high) = (0.0, f64::MAX, 0.0f64);
         for &v in vertices {
-            let f = other.form_factor(center.lerp(v, inset), piece.plane.normal);
+            let f = other.form_factor(center.lerp(v, inset), normal);
             sum += f;
             low = low.min(f);
             high = high.max(f);
@@ -243,12 +252,12 @@ impl Sampled {
     }
 }
 
-/// A point of the receiver near to `target`, a little inside.
-fn nearest_point(receiver: &Piece<'_>, target: DVec3) -> DVec3 {
-    let center = receiver.polygon.center();
-    let mut point = target - receiver.plane.normal * receiver.plane.distance(target);
-    for (a, b) in receiver.polygon.edges() {
-        let outward = (b - a).cross(receiver.plane.normal);
+/// A point of a polygon near to `target`, a little inside.
+fn nearest_point(polygon: &Polygon, plane: &Plane, target: DVec3) -> DVec3 {
+    let center = polygon.center();
+    let mut point = target - plane.normal * plane.distance(target);
+    for (a, b) in polygon.edges() {
+        let outward = (b - a).cross(plane.normal);
         let (out, own) = ((point - a).dot(outward), (center - a).dot(outward));
         if out > 0.0 && own < 0.0 {
             point = center + (point - center) * (own / (own - out));

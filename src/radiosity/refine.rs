@@ -47,8 +47,10 @@ pub(super) struct Thresholds {
     pub(super) area: f64,
     /// Irradiance a link may get wrong on receivers larger than `min_size`, as a share of the receiver's.
     pub(super) contrast: f64,
-    /// Receivers darker than this count as this bright.
+    /// For power, receivers darker than this count as this bright.
     pub(super) dark: f64,
+    /// For irradiance, receivers darker than this count as this bright.
+    pub(super) black: f64,
     /// Elements with no edge longer than this are not split, local length.
     pub(super) min_size: f64,
 }
@@ -192,8 +194,11 @@ impl<'a> Refiner<'a> {
     }
 
     fn limits_at(&self, irradiance: f32) -> Limits {
-        let irradiance = (irradiance as f64).max(self.thresholds.dark);
-        Limits { power: self.thresholds.area * irradiance, irradiance: self.thresholds.contrast * irradiance }
+        let irradiance = irradiance as f64;
+        Limits {
+            power: self.thresholds.area * irradiance.max(self.thresholds.dark),
+            irradiance: self.thresholds.contrast * irradiance.max(self.thresholds.black),
+        }
     }
 
     /// Irradiance of a link over what it may get wrong in the end; before it is known where light falls,
@@ -227,7 +232,8 @@ impl<'a> Refiner<'a> {
             class: LinkClass::Untested,
             inherited: false,
         };
-        if figures.power <= 0.0 {
+        // Dark, for now. A bright source that only few points see is another matter.
+        if figures.power.max(figures.kernel_error) <= 0.0 {
             output.links.push(link);
             return;
         }

@@ -37,4 +37,11 @@ impl Brightness for Shading<'_> {
         }
         self.light.exitance[id].max_element() as f64
     }
+
+    fn mean(&self) -> Option<f64> {
+        match self.source {
+            Party::Element { exitance, .. } => Some(*exitance),
+            Party::Cluster(_) => None,
+        }
+    }
 }

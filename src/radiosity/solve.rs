@@ -16,8 +16,12 @@ use std::time::Instant;
 /// at a coarse one need not be looked at again.
 const SCHEDULE: [f64; 2] = [16.0, 4.0];
 
-/// Surfaces darker than this share of the typical irradiance get no more care for being darker still.
+/// Surfaces darker than this share of the typical irradiance get no more power right for being darker
+/// still: there are many of them, and little depends on each.
 const DARK: f64 = 0.3;
+
+/// Below this share shadows need not be right either: a picture that shows the rest shows them black.
+const BLACK: f64 = 0.03;
 
 /// Light caught in a narrow gap makes no room smaller than this share of the facets it falls on.
 const LEAST_WALL: f64 = 0.01;
@@ -232,6 +236,7 @@ fn first_thresholds(emitted: f64, hierarchy: &Hierarchy, options: &SolveOptions)
         area: (options.epsilon * SCHEDULE[0]).max(1e-3),
         contrast: f64::INFINITY,
         dark: emitted,
+        black: emitted,
         min_size,
     }
 }
@@ -255,6 +260,7 @@ fn thresholds_for(
         area: options.epsilon * factor * wall_area,
         contrast: options.contrast * factor,
         dark: DARK * lit.irradiance,
+        black: BLACK * lit.irradiance,
         min_size: min_size.max(MIN_LOCAL_SIZE),
     }
 }

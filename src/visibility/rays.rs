@@ -25,19 +25,23 @@ pub(super) struct Sighting {
     clear: bool,
 }
 
-/// Share of the light that gets through: rays count by kernel and brightness of the source.
+/// Share of the light that gets through: rays count by kernel and by how bright the source is where they
+/// end, against its mean.
 fn clear_share(sightings: &[Sighting], brightness: Option<&dyn Brightness>) -> f32 {
-    let share = |weight: &dyn Fn(&Sighting) -> f64| {
-        let (mut clear, mut all) = (0.0, 0.0);
-        for sighting in sightings {
+    let sums = |weight: &dyn Fn(&Sighting) -> f64| {
+        sightings.iter().fold((0.0, 0.0), |(clear, all), sighting| {
             let weight = weight(sighting);
-            all += weight;
-            clear += if sighting.clear { weight } else { 0.0 };
-        }
-        (all > 0.0).then(|| (clear / all) as f32)
+            (clear + if sighting.clear { weight } else { 0.0 }, all + weight)
+        })
     };
-    let shaded = brightness.and_then(|b| share(&|s| s.kernel * b.at(s.facet, s.front, s.point)));
-    shaded.or_else(|| share(&|s| s.kernel)).unwrap_or(1.0)
+    let (mut clear, mut all) = sums(&|s| s.kernel);
+    if let Some(source) = brightness {
+        let (lit, bright) = sums(&|s| s.kernel * source.at(s.facet, s.front, s.point));
+        if bright > 0.0 {
+            (clear, all) = (lit, source.mean().map_or(bright, |mean| all * mean));
+        }
+    }
+    if all > 0.0 { (clear / all).min(1.0) as f32 } else { 1.0 }
 }
 
 /// What the rays of one pair met.

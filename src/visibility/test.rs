@@ -11,9 +11,6 @@ use std::time::Instant;
 /// Most rays with which `adaptive` classifies a pair that is going to be subdivided anyway.
 const CLASSIFYING_RAYS: u32 = 16;
 
-/// Rays that `adaptive` gives to the least of links.
-const LEAST_RAYS: u32 = 4;
-
 /// How many times the rays links that draw a shadow get.
 const SHADOW_RAYS: f64 = 4.0;
 
@@ -81,6 +78,9 @@ pub struct Inheritance<'a> {
 pub trait Brightness {
     /// Exitance at `point` of `facet`, in any unit; `front` tells the side of the facet.
     fn at(&self, facet: u32, front: bool, point: DVec3) -> f64;
+
+    /// Mean exitance, in the same unit; `None` for a cluster, which sends by direction.
+    fn mean(&self) -> Option<f64>;
 }
 
 /// One pair under test.
@@ -204,11 +204,7 @@ impl<'a> Tester<'a> {
         }
         let candidates = pair.inherited.candidates.for_rays();
         if !pair.subdivided {
-            // A link that carries little does not deserve many rays.
-            let share = pair.importance.clamp(0.0, 1.0);
-            let least =
-                ((self.options.rays as f64 * share).ceil() as u32).max(self.options.rays.min(LEAST_RAYS));
-            let met = self.cast_weighing(worker, pair, least, candidates, None);
+            let met = self.cast_weighing(worker, pair, candidates, None);
             return (verdict_of(&met), None);
         }
         let met = self.cast_classifying(worker, pair, candidates, None);
@@ -249,7 +245,7 @@ impl<'a> Tester<'a> {
         let met = if pair.subdivided {
             self.cast_classifying(worker, pair, candidates, shaft)
         } else {
-            self.cast_weighing(worker, pair, self.options.rays, candidates, shaft)
+            self.cast_weighing(worker, pair, candidates, shaft)
         };
         let elements = [pair.receiver, pair.source].iter().all(|end| matches!(end, NodeEnd::Element { .. }));
         Verdict { inheritable: elements && met.cast() > 0 && !met.is_mixed(), ..verdict_of(&met) }
@@ -269,17 +265,16 @@ impl<'a> Tester<'a> {
         self.cast(worker, pair, count, true, candidates, shaft)
     }
 
-    /// For the fraction of a link: at least `least` rays, and more where noise would show.
+    /// For the fraction of a link: more rays where noise would show.
     fn cast_weighing(
         &self,
         worker: &mut Worker,
         pair: &Pair<'_>,
-        least: u32,
         candidates: Candidates<'_>,
         shaft: Option<&Shaft>,
     ) -> RayCount {
-        let shown = (self.options.rays as f64 * pair.prominence.min(SHADOW_RAYS)) as u32;
-        self.cast(worker, pair, shown.max(least), false, candidates, shaft)
+        let count = (self.options.rays as f64 * pair.prominence.clamp(1.0, SHADOW_RAYS)) as u32;
+        self.cast(worker, pair, count, false, candidates, shaft)
     }
 
     /// Builds the pair's shaft and narrows the inherited candidates.
