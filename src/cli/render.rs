@@ -24,6 +24,9 @@ use crate::tracer::embree::{EmbreeError, EmbreeLibrary, EmbreeOptions, EmbreeTra
 use crate::tracer::{FallbackTracer, Tracer};
 use crate::visibility::{Strategy, VisibilityCounters, VisibilityOptions};
 
+/// A solution is said to be unfinished when more than this share of the emitted power still changes.
+const UNSETTLED: f64 = 0.01;
+
 /// Renders as configured.
 ///
 /// # Errors
@@ -69,6 +72,14 @@ fn run_in_pool(config: &RenderConfig, progress: &dyn Progress) -> Result<(), Cli
     let square_meters = hierarchy.square_meters_per_unit(scene.meters_per_unit);
     let solution = radiosity::solve(&hierarchy, tracer.as_ref(), &options, square_meters, progress);
     clock.lap();
+    let (changing, emitted) = (solution.energy.error, solution.energy.emitted);
+    if solution.iterations >= options.iterations && changing > UNSETTLED * emitted && !config.quiet {
+        console::warning(&format!(
+            "stopped after {} iterations while {:.1} % of the emitted power still changes; raise --iterations",
+            solution.iterations,
+            100.0 * changing / emitted
+        ));
+    }
 
     let render_options = RenderOptions {
         samples: config.view.samples,

@@ -21,6 +21,8 @@ const LIFT: f64 = 1e-5;
 pub(super) struct Flight {
     /// Power (sum over channels, local areas) of the light that meets no surface.
     pub(super) escaped: f64,
+    /// Power (likewise) of the light that ends on the backs of one-sided surfaces.
+    pub(super) on_backs: f64,
     /// Mean square distance the other light flies, local units: about the area of a wall of the rooms it
     /// fills. 1 when there is no such light.
     pub(super) wall_area: f64,
@@ -42,10 +44,10 @@ pub(super) fn flight(hierarchy: &Hierarchy, forest: &Forest, light: &Light, trac
         })
         .collect();
     if total <= 0.0 {
-        return Flight { escaped: 0.0, wall_area: 1.0 };
+        return Flight { escaped: 0.0, on_backs: 0.0, wall_area: 1.0 };
     }
     let sequence = PairSequence::new(1);
-    let packets: Vec<(u32, f64)> = (0..RAYS / PACKET as u32)
+    let packets: Vec<Ended> = (0..RAYS / PACKET as u32)
         .into_par_iter()
         .map(|packet| {
             let rays: [Ray; PACKET] = std::array::from_fn(|i| {
@@ -60,18 +62,44 @@ pub(super) fn flight(hierarchy: &Hierarchy, forest: &Forest, light: &Light, trac
             });
             let mut hits = [None; PACKET];
             tracer.first_hits(&rays, &mut hits);
-            hits.iter().fold((0, 0.0), |(missed, squares), hit| match hit {
-                None => (missed + 1, squares),
-                Some(hit) => (missed, squares + (hit.t as f64).powi(2)),
-            })
+            let mut ended = Ended::default();
+            for (ray, hit) in rays.iter().zip(&hits) {
+                let Some(hit) = hit else {
+                    ended.missed += 1;
+                    continue;
+                };
+                let normal = hierarchy.facets[hit.facet as usize].plane.normal;
+                ended.on_backs +=
+                    u32::from(hierarchy.one_sided && normal.dot(ray.direction.as_dvec3()) > 0.0);
+                ended.squares += (hit.t as f64).powi(2);
+            }
+            ended
         })
         .collect();
-    let (missed, squares) =
-        packets.iter().fold((0, 0.0), |(m, s), &(missed, squares)| (m + missed, s + squares));
+    let ended = packets.iter().fold(Ended::default(), |sum, packet| Ended {
+        missed: sum.missed + packet.missed,
+        on_backs: sum.on_backs + packet.on_backs,
+        squares: sum.squares + packet.squares,
+    });
+    let power = total / RAYS as f64;
     Flight {
-        escaped: total * missed as f64 / RAYS as f64,
-        wall_area: if missed < RAYS { rounded(squares / (RAYS - missed) as f64) } else { 1.0 },
+        escaped: power * ended.missed as f64,
+        on_backs: power * ended.on_backs as f64,
+        wall_area: if ended.missed < RAYS {
+            rounded(ended.squares / (RAYS - ended.missed) as f64)
+        } else {
+            1.0
+        },
     }
+}
+
+/// Where rays ended.
+#[derive(Clone, Copy, Debug, Default)]
+struct Ended {
+    missed: u32,
+    on_backs: u32,
+    /// Sum of the squared distances of those that hit.
+    squares: f64,
 }
 
 /// To the nearest quarter of a power of two, so that two tracers that round differently refine alike.

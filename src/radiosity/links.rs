@@ -33,7 +33,8 @@ pub struct Link {
     pub factor: f32,
     /// How much the factor differs over the receiver.
     pub spread: f32,
-    /// Share of the light that gets through, 0 to 1.
+    /// Share of the light that gets through. Of a source that is not uniform it may exceed 1: what is seen
+    /// of it may be brighter than its mean.
     pub visibility: f32,
     /// How that is known.
     pub class: LinkClass,

@@ -19,6 +19,13 @@ pub(super) struct Shading<'a> {
     pub(super) light: &'a Light,
 }
 
+impl Shading<'_> {
+    /// Sum over the channels, so that the mean of a source is the mean of its parts.
+    fn of(&self, element: usize) -> f64 {
+        self.light.exitance[element].element_sum() as f64
+    }
+}
+
 impl Brightness for Shading<'_> {
     fn at(&self, facet: u32, front: bool, point: DVec3) -> f64 {
         let forest = self.forest;
@@ -26,7 +33,7 @@ impl Brightness for Shading<'_> {
             Party::Element { piece, .. } => (piece.id() as usize, piece.polygon),
             Party::Cluster(_) => {
                 let Some(side) = forest.side_index(Side { facet, back: !front }) else { return 0.0 };
-                return self.light.exitance[forest.first_element[side] as usize].max_element() as f64;
+                return self.of(forest.first_element[side] as usize);
             }
         };
         let normal = polygon.area_vector();
@@ -35,12 +42,12 @@ impl Brightness for Shading<'_> {
             let is_first = Polygon::is_in_first_half(&halves, point, normal);
             (id, polygon) = if is_first { (id + 1, halves[0]) } else { (second as usize, halves[1]) };
         }
-        self.light.exitance[id].max_element() as f64
+        self.of(id)
     }
 
     fn mean(&self) -> Option<f64> {
         match self.source {
-            Party::Element { exitance, .. } => Some(*exitance),
+            Party::Element { piece, .. } => Some(self.of(piece.id() as usize)),
             Party::Cluster(_) => None,
         }
     }

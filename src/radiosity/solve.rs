@@ -306,7 +306,8 @@ fn changed_power(forest: &Forest, before: &Light, after: &Light) -> f64 {
 
 /// Follows the power: what is emitted is absorbed or escapes.
 ///
-/// What escapes is found with rays, not with the links, so the balance shows what the links get wrong.
+/// What escapes, or ends on a back that takes no part, is found with rays and not with the links, so the
+/// balance shows what the links get wrong.
 fn balance(
     hierarchy: &Hierarchy,
     forest: &Forest,
@@ -329,7 +330,9 @@ fn balance(
             energy.absorbed += sum(light.irradiance[element] * (Vec3::ONE - reflectance));
         }
     }
-    energy.escaped = flight(hierarchy, forest, light, tracer).escaped * square_meters;
+    let flight = flight(hierarchy, forest, light, tracer);
+    energy.escaped = flight.escaped * square_meters;
+    energy.absorbed += flight.on_backs * square_meters;
     energy.error = error * square_meters;
     energy
 }

@@ -41,7 +41,7 @@ fn clear_share(sightings: &[Sighting], brightness: Option<&dyn Brightness>) -> f
             (clear, all) = (lit, source.mean().map_or(bright, |mean| all * mean));
         }
     }
-    if all > 0.0 { (clear / all).min(1.0) as f32 } else { 1.0 }
+    if all > 0.0 { (clear / all) as f32 } else { 1.0 }
 }
 
 /// What the rays of one pair met.

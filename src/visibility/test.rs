@@ -39,7 +39,8 @@ pub struct Verdict {
     pub inheritable: bool,
     /// The rays agreed, but too much power rests on them: look closer.
     pub doubtful: bool,
-    /// Share of clear rays; 1 or 0 when proved.
+    /// Share of the light that gets through; 1 or 0 when proved, above 1 where a source is brighter than
+    /// its mean where it is seen.
     pub fraction: f32,
     /// A facet that blocked, to be tried first by the children.
     pub blocker: u32,

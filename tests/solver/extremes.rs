@@ -82,4 +82,5 @@ fn a_black_back_ends_the_light() {
     let solution = solve(&case);
     assert_eq!(irradiance(&solution, &case, ground), 0.0);
     assert_eq!(irradiance(&solution, &case, screen), 0.0);
+    assert!(solution.energy.balance_error() < 0.01, "{:?}", solution.energy);
 }
