@@ -121,7 +121,7 @@ impl<'a> Party<'a> {
         }
     }
 
-    fn area(&self, hierarchy: &Hierarchy) -> f64 {
+    pub(super) fn area(&self, hierarchy: &Hierarchy) -> f64 {
         match self {
             Party::Element { area, .. } => *area,
             Party::Cluster(node) => hierarchy.nodes[*node as usize].area as f64,

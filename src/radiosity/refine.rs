@@ -157,7 +157,8 @@ impl<'a> Refiner<'a> {
             let limits = self.limits_at(self.irradiance_of(side));
             let shadow = link.class >= LinkClass::Partial
                 && (0.5 * irradiance > limits.irradiance || 0.25 * irradiance * area > limits.power);
-            if error * area <= limits.power && !shadow {
+            let uneven = 0.5 * (link.factor * self.light.variation[source]) as f64 > limits.irradiance;
+            if error * area <= limits.power && !shadow && !uneven {
                 output.links.push(*link);
                 return;
             }
@@ -342,7 +343,9 @@ impl<'a> Refiner<'a> {
         // What the rest of the scene gets. The larger node is split: splitting the smaller one makes
         // more links, each as wrong as before.
         let larger_source = source.radius(self.hierarchy) > receiver.radius(self.hierarchy);
-        let uneven = figures.source_error > limits.power;
+        // A source that reaches behind a wall is not as bright as it is here: that shows, too.
+        let uneven =
+            figures.source_error > limits.power.min(limits.irradiance * receiver.area(self.hierarchy));
         let kernel = figures.kernel_error > limits.power;
         let occluded = partial && !classic;
         let heavy = occluded && 0.25 * figures.power > limits.power;
