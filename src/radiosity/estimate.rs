@@ -76,12 +76,23 @@ impl<'a> Party<'a> {
         sides.map(|side| Party::of_piece(forest.root(hierarchy, side), light)).collect()
     }
 
-    pub(super) fn end(&self) -> NodeEnd<'_> {
+    /// What visibility is tested on: all of it, or the `part` of an element.
+    pub(super) fn end<'b>(&'b self, part: Option<&'b Polygon>) -> NodeEnd<'b> {
         match self {
-            Party::Element { piece, .. } => {
-                NodeEnd::Element { polygon: &piece.polygon, plane: piece.plane, facet: piece.side.facet }
-            }
+            Party::Element { piece, .. } => NodeEnd::Element {
+                polygon: part.unwrap_or(&piece.polygon),
+                plane: piece.plane,
+                facet: piece.side.facet,
+            },
             Party::Cluster(node) => NodeEnd::Cluster(*node),
+        }
+    }
+
+    /// The part that faces `other`, when both are elements.
+    pub(super) fn part_facing(&self, other: &Party<'_>) -> Option<Polygon> {
+        match (self, other) {
+            (Party::Element { piece, .. }, Party::Element { piece: other, .. }) => facing_part(piece, other),
+            _ => None,
         }
     }
 
@@ -199,9 +210,7 @@ pub(super) fn estimate(
 
 /// Mean form factor over the receiver and how much it differs; `None` when it is 0 everywhere.
 fn element_factor(receiver: &Piece<'_>, source: &Piece<'_>) -> Option<(f64, f64)> {
-    // What lies behind the other's plane has no part in it.
-    let lit = receiver.polygon.clipped_if_crossed(&source.plane)?;
-    let shining = source.polygon.clipped_if_crossed(&receiver.plane)?;
+    let (lit, shining) = (facing_part(receiver, source)?, facing_part(source, receiver)?);
     let share = lit.area() / receiver.polygon.area();
     let seen = PolygonSource::new(&shining, source.plane);
     let normal = receiver.plane.normal;
@@ -226,6 +235,12 @@ fn element_factor(receiver: &Piece<'_>, source: &Piece<'_>) -> Option<(f64, f64)
         share * sampled.mean
     };
     (factor > 0.0 || sampled.high > 0.0 || near > 0.0).then_some((factor, spread))
+}
+
+/// The part of a piece that lies in front of the other's plane: the rest has no part in their exchange.
+fn facing_part(piece: &Piece<'_>, other: &Piece<'_>) -> Option<Polygon> {
+    let lifted = Plane { offset: other.plane.offset + crate::hierarchy::TOLERANCE, ..other.plane };
+    piece.polygon.clipped_if_crossed(&lifted)
 }
 
 /// Form factors at a few points of a polygon.

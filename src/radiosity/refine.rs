@@ -252,10 +252,11 @@ impl<'a> Refiner<'a> {
 
         let if_partial = self.wanted_split(receiver, source, &figures, true);
         let limits = self.limits(receiver);
+        let (lit, shining) = (receiver.part_facing(source), source.part_facing(receiver));
         let shading = Shading { source, forest: self.forest, light: self.light };
         let pair = Pair {
-            receiver: &receiver.end(),
-            source: &source.end(),
+            receiver: &receiver.end(lit.as_ref()),
+            source: &source.end(shining.as_ref()),
             seed: hash_pair(receiver.key(), source.key()),
             inherited: state.inheritance,
             subdivided: if_partial.is_some(),
