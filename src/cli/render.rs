@@ -72,13 +72,8 @@ fn run_in_pool(config: &RenderConfig, progress: &dyn Progress) -> Result<(), Cli
     let square_meters = hierarchy.square_meters_per_unit(scene.meters_per_unit);
     let solution = radiosity::solve(&hierarchy, tracer.as_ref(), &options, square_meters, progress);
     clock.lap();
-    let (changing, emitted) = (solution.energy.error, solution.energy.emitted);
-    if solution.iterations >= options.iterations && changing > UNSETTLED * emitted && !config.quiet {
-        console::warning(&format!(
-            "stopped after {} iterations while {:.1} % of the emitted power still changes; raise --iterations",
-            solution.iterations,
-            100.0 * changing / emitted
-        ));
+    if !config.quiet {
+        warn_if_unfinished(&solution, &options);
     }
 
     let render_options = RenderOptions {
@@ -101,6 +96,18 @@ fn run_in_pool(config: &RenderConfig, progress: &dyn Progress) -> Result<(), Cli
         json::write_stats(path, &stats)?;
     }
     Ok(())
+}
+
+/// Says so when the iterations ran out before the light had settled.
+fn warn_if_unfinished(solution: &Solution, options: &SolveOptions) {
+    let (changing, emitted) = (solution.energy.error, solution.energy.emitted);
+    if solution.iterations >= options.iterations && changing > UNSETTLED * emitted {
+        console::warning(&format!(
+            "stopped after {} iterations while {:.1} % of the emitted power still changes; raise --iterations",
+            solution.iterations,
+            100.0 * changing / emitted
+        ));
+    }
 }
 
 /// Exposes and writes the picture, and says which exposure was chosen.

@@ -154,16 +154,13 @@ impl Polygon {
     /// get more than [`MAX_VERTICES`] vertices keeps the ones it has room for, in order, which can
     /// only happen when it starts with that many.
     pub fn clipped(&self, plane: &Plane) -> Option<Polygon> {
+        if self.vertices().iter().all(|&v| plane.distance(v) >= 0.0) {
+            return Some(*self);
+        }
         let mut piece = super::Clip::new(self.vertices());
         piece.keep_front(plane, 0.0);
         let v = piece.vertices();
         (v.len() >= 3).then(|| Polygon::new(&v[..v.len().min(MAX_VERTICES)]))
-    }
-
-    /// [`clipped`](Self::clipped), but unchanged to the last bit when no vertex lies behind the plane.
-    pub fn clipped_if_crossed(&self, plane: &Plane) -> Option<Polygon> {
-        let is_in_front = self.vertices().iter().all(|&v| plane.distance(v) >= 0.0);
-        if is_in_front { Some(*self) } else { self.clipped(plane) }
     }
 
     /// How far `point` lies outside the outline, seen along the unit `normal`; negative inside.

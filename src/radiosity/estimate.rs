@@ -4,7 +4,7 @@
 use super::forest::{Forest, Piece};
 use super::form_factor::PolygonSource;
 use super::transport::Light;
-use crate::hierarchy::Hierarchy;
+use crate::hierarchy::{Hierarchy, TOLERANCE};
 use crate::math::{Plane, Polygon};
 use crate::visibility::NodeEnd;
 use glam::DVec3;
@@ -152,11 +152,10 @@ impl<'a> Party<'a> {
         let Party::Element { piece, .. } = other else { return true };
         match self {
             Party::Element { piece: own, .. } => {
-                own.polygon.vertices().iter().any(|&v| piece.plane.distance(v) > crate::hierarchy::TOLERANCE)
+                own.polygon.vertices().iter().any(|&v| piece.plane.distance(v) > TOLERANCE)
             }
             Party::Cluster(node) => {
-                piece.plane.distance_range(&hierarchy.nodes[*node as usize].bounds).1
-                    > crate::hierarchy::TOLERANCE
+                piece.plane.distance_range(&hierarchy.nodes[*node as usize].bounds).1 > TOLERANCE
             }
         }
     }
@@ -239,8 +238,8 @@ fn element_factor(receiver: &Piece<'_>, source: &Piece<'_>) -> Option<(f64, f64)
 
 /// The part of a piece that lies in front of the other's plane: the rest has no part in their exchange.
 fn facing_part(piece: &Piece<'_>, other: &Piece<'_>) -> Option<Polygon> {
-    let lifted = Plane { offset: other.plane.offset + crate::hierarchy::TOLERANCE, ..other.plane };
-    piece.polygon.clipped_if_crossed(&lifted)
+    let lifted = Plane { offset: other.plane.offset + TOLERANCE, ..other.plane };
+    piece.polygon.clipped(&lifted)
 }
 
 /// Form factors at a few points of a polygon.

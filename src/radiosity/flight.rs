@@ -3,7 +3,7 @@
 
 use super::forest::Forest;
 use super::transport::Light;
-use crate::hierarchy::Hierarchy;
+use crate::hierarchy::{Hierarchy, Side};
 use crate::math::PairSequence;
 use crate::tracer::{PACKET, Ray, Tracer};
 use glam::{DVec3, Vec3};
@@ -69,8 +69,8 @@ pub(super) fn flight(hierarchy: &Hierarchy, forest: &Forest, light: &Light, trac
                     continue;
                 };
                 let normal = hierarchy.facets[hit.facet as usize].plane.normal;
-                ended.on_backs +=
-                    u32::from(hierarchy.one_sided && normal.dot(ray.direction.as_dvec3()) > 0.0);
+                let back = normal.dot(ray.direction.as_dvec3()) > 0.0;
+                ended.on_backs += u32::from(forest.side_index(Side { facet: hit.facet, back }).is_none());
                 ended.squares += (hit.t as f64).powi(2);
             }
             ended

@@ -58,9 +58,6 @@ impl<'a> PolygonSource<'a> {
             };
         }
         let horizon = Plane::through(point, normal);
-        if self.polygon.vertices().iter().all(|&v| horizon.distance(v) >= 0.0) {
-            return contour(point, normal, self.polygon);
-        }
         self.polygon.clipped(&horizon).map_or(0.0, |visible| contour(point, normal, &visible))
     }
 }

@@ -151,14 +151,13 @@ impl<'a> Refiner<'a> {
             let exitance = self.light.exitance[source].max_element() as f64;
             let area = self.forest.area[(link.receiver - clusters) as usize] as f64;
             let irradiance = link.factor as f64 * exitance;
-            let error =
-                0.5 * (link.spread as f64 * exitance + (link.factor * self.light.variation[source]) as f64);
+            let uneven = 0.5 * (link.factor * self.light.variation[source]) as f64;
+            let error = 0.5 * link.spread as f64 * exitance + uneven;
             let side = self.forest.side_of(link.receiver - clusters);
             let limits = self.limits_at(self.irradiance_of(side));
             let shadow = link.class >= LinkClass::Partial
                 && (0.5 * irradiance > limits.irradiance || 0.25 * irradiance * area > limits.power);
-            let uneven = 0.5 * (link.factor * self.light.variation[source]) as f64 > limits.irradiance;
-            if error * area <= limits.power && !shadow && !uneven {
+            if error * area <= limits.power && uneven <= limits.irradiance && !shadow {
                 output.links.push(*link);
                 return;
             }

@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-use lightshaft::radiosity::{Solution, SolveOptions};
+use lightshaft::radiosity::SolveOptions;
 use lightshaft::visibility::{Strategy, VisibilityOptions};
 
 use crate::boxes::Rectangles;
@@ -53,21 +53,6 @@ fn fine(strategy: Strategy, certify: bool) -> SolveOptions {
     }
 }
 
-/// Mean irradiance over the fronts of one material.
-fn mean_irradiance(case: &Case, solution: &Solution, material: u32) -> f64 {
-    let forest = &solution.forest;
-    let (mut power, mut area) = (0.0, 0.0);
-    for side in 0..forest.side_count() {
-        let named = forest.side(side);
-        if !named.back && case.hierarchy.facets[named.facet as usize].material == material {
-            let root = forest.first_element[side] as usize;
-            power += (solution.light.irradiance[root].x * forest.area[root]) as f64;
-            area += forest.area[root] as f64;
-        }
-    }
-    power / area
-}
-
 /// A unit square that shines, another that receives, and what else stands there.
 fn squares(name: &str, receiver: [[f64; 3]; 4], board: Option<[[f64; 3]; 4]>) -> Case {
     let mut scene = Rectangles::new(name);
@@ -88,7 +73,7 @@ const BESIDE: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 1.0, 1.0]
 /// Solves and compares the form factor with the exact one; `tolerance` is relative.
 fn check(case: &Case, strategy: Strategy, certify: bool, exact: f64, tolerance: f64) {
     let solution = case.solve(&case.fallback(), &fine(strategy, certify));
-    let found = mean_irradiance(case, &solution, RECEIVER) / PI;
+    let found = case.mean_irradiance(&solution, RECEIVER) / PI;
     let error = found / exact - 1.0;
     let what = format!("{}, {}, certify {certify}", case.scene.name, strategy.name());
     println!("{what}: {found:.6} for {exact:.6} ({:+.4} %)", 100.0 * error);

@@ -1,15 +1,7 @@
 //! Power that is emitted in a closed scene is absorbed there. A failure means that light is made or
 //! lost, or that the balance in the statistics cannot be trusted.
 
-use lightshaft::radiosity::SolveOptions;
-use lightshaft::visibility::Strategy;
-
-use crate::solving::{Case, OWN_SCENES, options};
-
-/// The settings of the quality `normal`.
-fn normal() -> SolveOptions {
-    SolveOptions { epsilon: 5e-5, contrast: 0.1, resolution: 128.0, ..options(Strategy::Adaptive) }
-}
+use crate::solving::{Case, OWN_SCENES, normal};
 
 #[test]
 fn all_that_a_closed_room_emits_is_absorbed() {

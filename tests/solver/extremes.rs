@@ -2,11 +2,10 @@
 
 use std::f64::consts::PI;
 
-use lightshaft::radiosity::{Solution, SolveOptions};
-use lightshaft::visibility::Strategy;
+use lightshaft::radiosity::Solution;
 
 use crate::boxes::Rectangles;
-use crate::solving::{Case, options};
+use crate::solving::{Case, normal};
 
 /// Far more elements than any of these scenes needs.
 const MOST_ELEMENTS: usize = 200_000;
@@ -22,25 +21,11 @@ fn level(half: f64, height: f64, faces_up: bool) -> [[f64; 3]; 4] {
 }
 
 fn solve(case: &Case) -> Solution {
-    let settings =
-        SolveOptions { epsilon: 5e-5, contrast: 0.1, resolution: 128.0, ..options(Strategy::Adaptive) };
-    let solution = case.solve(&case.fallback(), &settings);
+    let solution = case.solve(&case.fallback(), &normal());
     let (elements, energy) = (solution.forest.len(), solution.energy);
     println!("{}: {elements} elements, {} links, {energy:?}", case.scene.name, solution.links.links.len());
     assert!(elements < MOST_ELEMENTS, "{}: {elements} elements", case.scene.name);
     solution
-}
-
-/// Mean irradiance of the front of a facet.
-fn irradiance(solution: &Solution, case: &Case, material: u32) -> f64 {
-    let forest = &solution.forest;
-    let side = (0..forest.side_count())
-        .find(|&side| {
-            let named = forest.side(side);
-            !named.back && case.hierarchy.facets[named.facet as usize].material == material
-        })
-        .expect("every material is used");
-    solution.light.irradiance[forest.first_element[side] as usize].x as f64
 }
 
 /// Between plates that almost touch, light goes to and fro as between endless ones: with reflectance ½
@@ -52,7 +37,7 @@ fn a_narrow_gap_fills_with_light() {
     scene.quad(level(2.0, 0.0, true), dark);
     scene.quad(level(2.0, 0.0005, false), bright);
     let case = Case::of(scene.finish(), false);
-    let found = irradiance(&solve(&case), &case, dark) / (4.0 * PI / 3.0);
+    let found = case.mean_irradiance(&solve(&case), dark) / (4.0 * PI / 3.0);
     assert!((found - 1.0).abs() < 0.01, "{found} of what endless plates have");
 }
 
@@ -64,7 +49,7 @@ fn a_lamp_lights_a_wide_ground() {
     scene.quad(level(5000.0, 0.0, true), ground);
     scene.quad(level(0.5, 3.0, false), lamp);
     let case = Case::of(scene.finish(), false);
-    let found = irradiance(&solve(&case), &case, ground) * 10_000.0 * 10_000.0 / (10.0 * PI);
+    let found = case.mean_irradiance(&solve(&case), ground) * 10_000.0 * 10_000.0 / (10.0 * PI);
     assert!((found - 1.0).abs() < 0.01, "{found} of the light arrives");
 }
 
@@ -80,7 +65,7 @@ fn a_black_back_ends_the_light() {
     scene.quad(level(0.5, 2.0, false), lamp);
     let case = Case::of(scene.finish(), true);
     let solution = solve(&case);
-    assert_eq!(irradiance(&solution, &case, ground), 0.0);
-    assert_eq!(irradiance(&solution, &case, screen), 0.0);
+    assert_eq!(case.mean_irradiance(&solution, ground), 0.0);
+    assert_eq!(case.mean_irradiance(&solution, screen), 0.0);
     assert!(solution.energy.balance_error() < 0.01, "{:?}", solution.energy);
 }

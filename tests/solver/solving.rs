@@ -44,6 +44,21 @@ impl Case {
         let square_meters = self.hierarchy.square_meters_per_unit(self.scene.meters_per_unit);
         radiosity::solve(&self.hierarchy, tracer, options, square_meters, &Silent)
     }
+
+    /// Mean irradiance over the fronts of one material.
+    pub(crate) fn mean_irradiance(&self, solution: &Solution, material: u32) -> f64 {
+        let forest = &solution.forest;
+        let (mut power, mut area) = (0.0, 0.0);
+        for side in 0..forest.side_count() {
+            let named = forest.side(side);
+            if !named.back && self.hierarchy.facets[named.facet as usize].material == material {
+                let root = forest.first_element[side] as usize;
+                power += (solution.light.irradiance[root].x * forest.area[root]) as f64;
+                area += forest.area[root] as f64;
+            }
+        }
+        power / area
+    }
 }
 
 /// Settings near the quality `draft`, a little finer.
@@ -68,4 +83,9 @@ pub(crate) fn options(strategy: Strategy) -> SolveOptions {
         iterations: 100,
         visibility: VisibilityOptions { strategy, rays: 16, certify: false },
     }
+}
+
+/// The settings of the quality `normal`.
+pub(crate) fn normal() -> SolveOptions {
+    SolveOptions { epsilon: 5e-5, contrast: 0.1, resolution: 128.0, ..options(Strategy::Adaptive) }
 }
