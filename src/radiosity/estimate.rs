@@ -147,16 +147,22 @@ impl<'a> Party<'a> {
         }
     }
 
+    /// Smallest and largest height above a plane.
+    fn heights(&self, hierarchy: &Hierarchy, plane: &Plane) -> (f64, f64) {
+        match self {
+            Party::Element { piece, .. } => {
+                let heights = piece.polygon.vertices().iter().map(|&v| plane.distance(v));
+                heights.fold((f64::MAX, f64::MIN), |(low, high), h| (low.min(h), high.max(h)))
+            }
+            Party::Cluster(node) => plane.distance_range(&hierarchy.nodes[*node as usize].bounds),
+        }
+    }
+
     /// Whether any of it lies in front of an element's plane.
     fn reaches_in_front_of(&self, hierarchy: &Hierarchy, other: &Party<'_>) -> bool {
-        let Party::Element { piece, .. } = other else { return true };
-        match self {
-            Party::Element { piece: own, .. } => {
-                own.polygon.vertices().iter().any(|&v| piece.plane.distance(v) > TOLERANCE)
-            }
-            Party::Cluster(node) => {
-                piece.plane.distance_range(&hierarchy.nodes[*node as usize].bounds).1 > TOLERANCE
-            }
+        match other {
+            Party::Element { piece, .. } => self.heights(hierarchy, &piece.plane).1 > TOLERANCE,
+            Party::Cluster(_) => true,
         }
     }
 }
@@ -292,16 +298,24 @@ fn cluster_estimate(
     let distance = to_source.length();
     let area = receiver.area(hierarchy);
     let (sent, peak) = source.output(light);
-    // Inside each other's spheres the kernel means little: the error says so, and the mean square
-    // distance of their points, about a third of the squared radii more, keeps it finite.
+    // From outside, a ball that shines is as bright as its centre would be (exactly so when it does
+    // evenly). Inside each other's spheres the kernel means little: the error says so, and the mean
+    // square distance of their points, about a third of the squared radii more, keeps it finite.
     let near = distance < reach;
     let radii = [receiver, source].map(|party| party.radius(hierarchy).powi(2)).iter().sum::<f64>();
-    let safe = (distance * distance + radii / 3.0).sqrt().max(f64::MIN_POSITIVE);
+    let inside = (1.0 - distance / reach).max(0.0);
+    let safe = (distance * distance + inside * radii / 3.0).sqrt().max(f64::MIN_POSITIVE);
     let direction = if distance > 0.0 { to_source / distance } else { DVec3::ZERO };
-    // A cluster that straddles the horizon is seen at a small angle at least.
     let cosine = match receiver {
         Party::Element { piece, .. } => {
-            piece.plane.normal.dot(direction).max(0.25 * source.radius(hierarchy) / safe).min(1.0)
+            let (low, high) = source.heights(hierarchy, &piece.plane);
+            // Of a cluster that straddles the horizon only what is above it sends light here.
+            if low < 0.0 {
+                0.5 * high / safe * (high / (high - low))
+            } else {
+                piece.plane.normal.dot(direction)
+            }
+            .clamp(0.0, 1.0)
         }
         Party::Cluster(_) => 1.0,
     };
@@ -309,8 +323,18 @@ fn cluster_estimate(
     // No link brings more irradiance than the source has exitance.
     let (factor, intensity) = match source {
         Party::Element { piece, exitance, .. } => {
-            let center = receiver.center(hierarchy);
-            (PolygonSource::new(&piece.polygon, piece.plane).form_factor(center, direction), *exitance)
+            let polygon = PolygonSource::new(&piece.polygon, piece.plane);
+            let (low, high) = receiver.heights(hierarchy, &piece.plane);
+            // Likewise, light reaches what is in front of the source.
+            let (share, lift) = if low < 0.0 {
+                let center = piece.plane.distance(receiver.center(hierarchy));
+                (high / (high - low), piece.plane.normal * (0.5 * high - center))
+            } else {
+                (1.0, DVec3::ZERO)
+            };
+            let point = receiver.center(hierarchy) + lift;
+            let factor = share * polygon.form_factor(point, (polygon.center() - point).normalize_or_zero());
+            (factor, *exitance)
         }
         Party::Cluster(node) => {
             let received = received.min(PI / source.area(hierarchy).max(f64::MIN_POSITIVE));

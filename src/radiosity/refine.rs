@@ -4,6 +4,7 @@
 use super::estimate::{Estimate, Party, estimate};
 use super::forest::Forest;
 use super::links::{Link, LinkClass};
+use super::quarters::Quarters;
 use super::shading::Shading;
 use super::transport::Light;
 use crate::hierarchy::Hierarchy;
@@ -105,6 +106,14 @@ fn share_facet(a: &Party<'_>, b: &Party<'_>) -> bool {
     match (a, b) {
         (Party::Element { piece: a, .. }, Party::Element { piece: b, .. }) => a.side.facet == b.side.facet,
         _ => false,
+    }
+}
+
+/// How the parts of a source share, if both are elements.
+fn quarters(receiver: &Party<'_>, source: &Party<'_>) -> Quarters {
+    match (receiver, source) {
+        (Party::Element { piece: r, .. }, Party::Element { piece: s, .. }) => Quarters::of(r, s),
+        _ => Quarters::UNIFORM,
     }
 }
 
@@ -229,6 +238,7 @@ impl<'a> Refiner<'a> {
             factor: figures.factor as f32,
             spread: figures.spread as f32,
             visibility: 1.0,
+            quarters: Quarters::UNIFORM,
             class: LinkClass::Untested,
             inherited: false,
         };
@@ -243,6 +253,7 @@ impl<'a> Refiner<'a> {
                 None => {
                     link.class = if certified { LinkClass::CertifiedVisible } else { LinkClass::Visible };
                     link.inherited = true;
+                    link.quarters = quarters(receiver, source);
                     output.links.push(link);
                 }
             }
@@ -305,6 +316,9 @@ impl<'a> Refiner<'a> {
                     (Class::Invisible, _) => LinkClass::Invisible,
                     _ => LinkClass::Partial,
                 };
+                if verdict.class == Class::Visible {
+                    link.quarters = quarters(receiver, source);
+                }
                 output.links.push(link);
             }
         }

@@ -3,6 +3,7 @@
 use super::flight::flight;
 use super::forest::Forest;
 use super::links::{Link, LinkClass, LinkSet};
+use super::quarters::Quarters;
 use super::refine::{RefineCounters, Refiner, Thresholds};
 use super::transport::{Cap, Light, Materials, Surface};
 use crate::hierarchy::Hierarchy;
@@ -202,6 +203,7 @@ const SELF_LINK: Link = Link {
     factor: 0.0,
     spread: 0.0,
     visibility: 1.0,
+    quarters: Quarters::UNIFORM,
     class: LinkClass::Untested,
     inherited: false,
 };

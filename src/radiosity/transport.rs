@@ -177,7 +177,7 @@ impl Light {
         let clusters = hierarchy.nodes.len() as u32;
         let factor = link.factor * link.visibility;
         if link.source >= clusters {
-            return self.exitance[(link.source - clusters) as usize] * factor;
+            return link.quarters.weigh(forest, &self.exitance, link.source - clusters) * factor;
         }
         let away = -direction(hierarchy, forest, link);
         let lobes = &self.intensity[link.source as usize];

@@ -1,0 +1,60 @@
+//! How the parts of a source share in its form factor: near parts count for more, and it is them that
+//! the receiver lights back, so a source taken as uniform loses light.
+
+use super::forest::{Forest, Piece};
+use super::form_factor::PolygonSource;
+use glam::Vec3;
+
+/// A source that looks smaller than this (extent over distance) has no near and far parts.
+const SMALL: f64 = 0.2;
+
+/// Weights of the four quarters of a source (the halves of its halves, depth-first), in 255ths.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Quarters([u8; 4]);
+
+impl Quarters {
+    /// The source counts as uniform.
+    pub const UNIFORM: Quarters = Quarters([0; 4]);
+
+    /// The weights for light from `source` to `receiver`: what the middle of each quarter sends there.
+    pub(super) fn of(receiver: &Piece<'_>, source: &Piece<'_>) -> Quarters {
+        let distance = receiver.polygon.center().distance(source.polygon.center());
+        if source.polygon.extent() < SMALL * distance {
+            return Quarters::UNIFORM;
+        }
+        let to = PolygonSource::new(&receiver.polygon, receiver.plane);
+        let [first, second] = source.polygon.bisect().map(|half| half.bisect());
+        let sent = [first[0], first[1], second[0], second[1]]
+            .map(|quarter| quarter.area() * to.form_factor(quarter.center(), source.plane.normal));
+        let total: f64 = sent.iter().sum();
+        if total <= 0.0 {
+            return Quarters::UNIFORM;
+        }
+        // Rounding the running sum keeps the total at 255.
+        let (mut sum, mut before) = (0.0, 0);
+        Quarters(sent.map(|part| {
+            sum += part;
+            let upto = (255.0 * sum / total).round() as u8;
+            let weight = upto - before;
+            before = upto;
+            weight
+        }))
+    }
+
+    /// Exitance of an element as the receiver sees it, from the exitances of all elements.
+    #[inline]
+    pub fn weigh(&self, forest: &Forest, exitance: &[Vec3], element: u32) -> Vec3 {
+        let halves = |element: u32| match forest.second[element as usize] {
+            0 => [element; 2],
+            second => [element + 1, second],
+        };
+        if *self == Quarters::UNIFORM || forest.second[element as usize] == 0 {
+            return exitance[element as usize];
+        }
+        let [first, second] = halves(element).map(halves);
+        let quarters = [first[0], first[1], second[0], second[1]];
+        let weighed =
+            quarters.iter().zip(self.0).map(|(&quarter, weight)| exitance[quarter as usize] * weight as f32);
+        weighed.sum::<Vec3>() / 255.0
+    }
+}
