@@ -16,16 +16,28 @@ impl Quarters {
     /// The source counts as uniform.
     pub const UNIFORM: Quarters = Quarters([0; 4]);
 
-    /// The weights for light from `source` to `receiver`: what the middle of each quarter sends there.
+    /// The weights; they add up to 1, or are all 0 for a source that counts as uniform.
+    pub fn weights(&self) -> [f64; 4] {
+        self.0.map(|weight| weight as f64 / 255.0)
+    }
+
+    /// The weights for light from `source` to `receiver`. The larger of the two counts in full, the
+    /// smaller by its middle, or that of each quarter.
     pub(super) fn of(receiver: &Piece<'_>, source: &Piece<'_>) -> Quarters {
-        let distance = receiver.polygon.center().distance(source.polygon.center());
-        if source.polygon.extent() < SMALL * distance {
+        let (center, extent) = (receiver.polygon.center(), source.polygon.extent());
+        if extent < SMALL * center.distance(source.polygon.center()) {
             return Quarters::UNIFORM;
         }
-        let to = PolygonSource::new(&receiver.polygon, receiver.plane);
         let [first, second] = source.polygon.bisect().map(|half| half.bisect());
-        let sent = [first[0], first[1], second[0], second[1]]
-            .map(|quarter| quarter.area() * to.form_factor(quarter.center(), source.plane.normal));
+        let quarters = [first[0], first[1], second[0], second[1]];
+        let sent = if extent > receiver.polygon.extent() {
+            quarters.map(|quarter| {
+                PolygonSource::new(&quarter, source.plane).form_factor(center, receiver.plane.normal)
+            })
+        } else {
+            let back = PolygonSource::new(&receiver.polygon, receiver.plane);
+            quarters.map(|quarter| quarter.area() * back.form_factor(quarter.center(), source.plane.normal))
+        };
         let total: f64 = sent.iter().sum();
         if total <= 0.0 {
             return Quarters::UNIFORM;

@@ -152,6 +152,35 @@ impl<'a> Refiner<'a> {
         (all.links, all.counters)
     }
 
+    /// Weighs the partial links of clusters again. What is bright in a cluster when its links are made lies
+    /// open to the lamps; light that finds its way inside later is hidden, and would be taken for as
+    /// visible.
+    pub(super) fn weigh_again(&self, links: &mut [Link]) -> RefineCounters {
+        let clusters = self.hierarchy.nodes.len() as u32;
+        let root = CandidateSet::root();
+        let inherited = Inheritance { candidates: &root, blocker: NO_FACET };
+        let counted: Vec<VisibilityCounters> = links
+            .par_chunks_mut(256)
+            .map(|chunk| {
+                let mut worker = Worker::default();
+                for link in chunk.iter_mut().filter(|l| l.class == LinkClass::Partial && l.source < clusters)
+                {
+                    let (receiver, source) = (self.party(link.receiver), self.party(link.source));
+                    if let Some(figures) = estimate(&receiver, &source, self.hierarchy, self.light) {
+                        link.visibility =
+                            self.with_pair(&receiver, &source, &figures, inherited, false, |pair| {
+                                self.tester.fraction(&mut worker, pair)
+                            });
+                    }
+                }
+                worker.counters
+            })
+            .collect();
+        let mut counters = RefineCounters::default();
+        counted.into_iter().for_each(|part| counters.visibility += part);
+        counters
+    }
+
     /// Keeps a link, or takes it up again with the present light.
     fn revisit(&self, link: &Link, root: &CandidateSet, output: &mut Output) {
         let clusters = self.hierarchy.nodes.len() as u32;
@@ -261,20 +290,11 @@ impl<'a> Refiner<'a> {
         }
 
         let if_partial = self.wanted_split(receiver, source, &figures, true);
-        let limits = self.limits(receiver);
-        let (lit, shining) = (receiver.part_facing(source), source.part_facing(receiver));
-        let shading = Shading { source, forest: self.forest, light: self.light };
-        let pair = Pair {
-            receiver: &receiver.end(lit.as_ref()),
-            source: &source.end(shining.as_ref()),
-            seed: hash_pair(receiver.key(), source.key()),
-            inherited: state.inheritance,
-            subdivided: if_partial.is_some(),
-            importance: figures.power * self.thresholds.coarseness / limits.power,
-            prominence: self.prominence(&figures, &limits),
-            brightness: (!self.is_classic() && !source.is_uniform()).then_some(&shading),
-        };
-        let (verdict, narrowed) = self.tester.classify(&mut output.worker, &pair);
+        let subdivided = if_partial.is_some();
+        let (verdict, narrowed) =
+            self.with_pair(receiver, source, &figures, state.inheritance, subdivided, |pair| {
+                self.tester.classify(&mut output.worker, pair)
+            });
         if self.is_classic() {
             // A kernel-weighted fraction can be tiny: fewer than one ray in n + 1 is more than n rays can tell.
             let least = 1.0 / (self.tester.options().rays as f64 + 1.0);
@@ -303,7 +323,7 @@ impl<'a> Refiner<'a> {
             }
             // Where a split was in question, what the rays agree on is believed for good.
             None if verdict.class == Class::Invisible
-                && (verdict.certified || verdict.inheritable && pair.subdivided) =>
+                && (verdict.certified || verdict.inheritable && subdivided) =>
             {
                 output.counters.invisible += 1;
                 output.counters.certified_invisible += u64::from(verdict.certified);
@@ -325,6 +345,31 @@ impl<'a> Refiner<'a> {
         if let Some(set) = narrowed {
             output.worker.recycle(set);
         }
+    }
+
+    /// Describes a pair to the visibility test.
+    fn with_pair<T>(
+        &self,
+        receiver: &Party<'a>,
+        source: &Party<'a>,
+        figures: &Estimate,
+        inherited: Inheritance<'_>,
+        subdivided: bool,
+        test: impl FnOnce(&Pair<'_>) -> T,
+    ) -> T {
+        let limits = self.limits(receiver);
+        let (lit, shining) = (receiver.part_facing(source), source.part_facing(receiver));
+        let shading = Shading { source, forest: self.forest, light: self.light };
+        test(&Pair {
+            receiver: &receiver.end(lit.as_ref()),
+            source: &source.end(shining.as_ref()),
+            seed: hash_pair(receiver.key(), source.key()),
+            inherited,
+            subdivided,
+            importance: figures.power * self.thresholds.coarseness / limits.power,
+            prominence: self.prominence(figures, &limits),
+            brightness: (!self.is_classic() && !source.is_uniform()).then_some(&shading),
+        })
     }
 
     /// The split that would make the pair better, or `None` when it is good enough or cannot be split.

@@ -151,10 +151,20 @@ pub fn solve(
     let mut counters = RefineCounters::default();
     let emitted = emitted_power(hierarchy, &forest);
     let (mut refine_seconds, mut solve_seconds) = (0.0, 0.0);
-    let (mut iterations, mut error, mut settled) = (0, f64::MAX, false);
+    let (mut iterations, mut error) = (0, f64::MAX);
+    let mut settled = false;
+    // Power that changed since the refinement or the last weighing.
+    let mut drift = 0.0;
     let mut thresholds = first_thresholds(emitted, hierarchy, options);
 
     while iterations < options.iterations.max(1) && !(settled && error < CONVERGED * emitted) {
+        if settled && drift > DRIFT * emitted {
+            let start = Instant::now();
+            let refiner = Refiner { hierarchy, forest: &forest, light: &light, tester: &tester, thresholds };
+            counters += refiner.weigh_again(&mut links.links);
+            drift = 0.0;
+            refine_seconds += start.elapsed().as_secs_f64();
+        }
         if !settled {
             let start = Instant::now();
             progress.start("refine", links.links.len() as u64);
@@ -181,6 +191,7 @@ pub fn solve(
         error = changed_power(&forest, &light, &next);
         light = next;
         iterations += 1;
+        drift = if settled { drift + error } else { 0.0 };
         if !settled {
             let wall_area = flight(hierarchy, &forest, &light, tracer).wall_area;
             if let Some(lit) = Lit::of(&light, &forest) {
@@ -294,6 +305,9 @@ impl Lit {
         (power > 0.0).then(|| Lit { irradiance: (logarithms / power).exp(), area: areas / power })
     }
 }
+
+/// Links of clusters are weighed again when the light has changed by this share of the emitted power.
+const DRIFT: f64 = 0.05;
 
 /// No element gets smaller than this, local length: a few hundred roundings.
 const MIN_LOCAL_SIZE: f64 = 5e-5;

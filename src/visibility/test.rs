@@ -180,6 +180,14 @@ impl<'a> Tester<'a> {
         (verdict, narrowed)
     }
 
+    /// Weighs a partial pair again, when the light on its source has changed.
+    pub fn fraction(&self, worker: &mut Worker, pair: &Pair<'_>) -> f32 {
+        let start = Instant::now();
+        let met = self.cast_weighing(worker, pair, Candidates::All, None);
+        worker.counters.nanoseconds += start.elapsed().as_nanos() as u64;
+        met.fraction
+    }
+
     /// The paper's order: shaft, cull, single blocker, rays over the candidates.
     fn shaft_first(&self, worker: &mut Worker, pair: &Pair<'_>) -> (Verdict, Option<CandidateSet>) {
         let (shaft, set) = self.cull(worker, pair, u64::MAX);
