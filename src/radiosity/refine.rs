@@ -152,10 +152,15 @@ impl<'a> Refiner<'a> {
         (all.links, all.counters)
     }
 
-    /// Weighs the partial links of clusters again. What is bright in a cluster when its links are made lies
-    /// open to the lamps; light that finds its way inside later is hidden, and would be taken for as
-    /// visible.
-    pub(super) fn weigh_again(&self, links: &mut [Link]) -> RefineCounters {
+    /// Weighs the partial links from clusters again, with the present light. What is bright in a cluster
+    /// when its links are made lies open to the lamps; light that arrives inside later is more hidden, but
+    /// the old weight would count it as equally visible.
+    pub(super) fn weigh_again(&self, links: &mut [Link], advance: &(dyn Fn(u64) + Sync)) -> RefineCounters {
+        let mut counters = RefineCounters::default();
+        // A fraction that knows nothing of brightness does not change.
+        if self.is_classic() {
+            return counters;
+        }
         let clusters = self.hierarchy.nodes.len() as u32;
         let root = CandidateSet::root();
         let inherited = Inheritance { candidates: &root, blocker: NO_FACET };
@@ -169,14 +174,14 @@ impl<'a> Refiner<'a> {
                     if let Some(figures) = estimate(&receiver, &source, self.hierarchy, self.light) {
                         link.visibility =
                             self.with_pair(&receiver, &source, &figures, inherited, false, |pair| {
-                                self.tester.fraction(&mut worker, pair)
+                                self.tester.weigh(&mut worker, pair)
                             });
                     }
                 }
+                advance(chunk.len() as u64);
                 worker.counters
             })
             .collect();
-        let mut counters = RefineCounters::default();
         counted.into_iter().for_each(|part| counters.visibility += part);
         counters
     }
@@ -336,7 +341,7 @@ impl<'a> Refiner<'a> {
                     (Class::Invisible, _) => LinkClass::Invisible,
                     _ => LinkClass::Partial,
                 };
-                if verdict.class == Class::Visible {
+                if verdict.class == Class::Visible || self.is_classic() || source.is_uniform() {
                     link.quarters = quarters(receiver, source);
                 }
                 output.links.push(link);

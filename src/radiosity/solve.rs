@@ -152,17 +152,16 @@ pub fn solve(
     let emitted = emitted_power(hierarchy, &forest);
     let (mut refine_seconds, mut solve_seconds) = (0.0, 0.0);
     let (mut iterations, mut error) = (0, f64::MAX);
-    let mut settled = false;
-    // Power that changed since the refinement or the last weighing.
-    let mut drift = 0.0;
+    let (mut settled, mut since_settled) = (false, 0);
     let mut thresholds = first_thresholds(emitted, hierarchy, options);
 
     while iterations < options.iterations.max(1) && !(settled && error < CONVERGED * emitted) {
-        if settled && drift > DRIFT * emitted {
+        if WEIGHED_AGAIN.contains(&since_settled) {
             let start = Instant::now();
+            progress.start("weigh", links.links.len() as u64);
             let refiner = Refiner { hierarchy, forest: &forest, light: &light, tester: &tester, thresholds };
-            counters += refiner.weigh_again(&mut links.links);
-            drift = 0.0;
+            counters += refiner.weigh_again(&mut links.links, &|done| progress.advance(done));
+            progress.finish();
             refine_seconds += start.elapsed().as_secs_f64();
         }
         if !settled {
@@ -191,7 +190,7 @@ pub fn solve(
         error = changed_power(&forest, &light, &next);
         light = next;
         iterations += 1;
-        drift = if settled { drift + error } else { 0.0 };
+        since_settled += u32::from(settled);
         if !settled {
             let wall_area = flight(hierarchy, &forest, &light, tracer).wall_area;
             if let Some(lit) = Lit::of(&light, &forest) {
@@ -306,8 +305,8 @@ impl Lit {
     }
 }
 
-/// Links of clusters are weighed again when the light has changed by this share of the emitted power.
-const DRIFT: f64 = 0.05;
+/// Links of clusters are weighed again after these iterations that follow the refinement.
+const WEIGHED_AGAIN: [u32; 4] = [1, 4, 16, 64];
 
 /// No element gets smaller than this, local length: a few hundred roundings.
 const MIN_LOCAL_SIZE: f64 = 5e-5;

@@ -1,6 +1,7 @@
 //! Parts of a source count as much as they send to the receiver. A failure means that light between
 //! near surfaces is too weak, and closed rooms lose it.
 
+use glam::Vec3;
 use lightshaft::hierarchy::Hierarchy;
 use lightshaft::math::Polygon;
 use lightshaft::radiosity::{Link, PolygonSource, Quarters, Solution};
@@ -47,4 +48,39 @@ fn quarters_of_a_source_share_as_they_send() {
     assert!(weighed > 20, "{weighed}");
     // Between walls that share an edge the middle of a quarter stands for all of it.
     assert!(worst < 0.03, "{worst}");
+}
+
+#[test]
+fn a_weighed_source_is_as_bright_as_its_quarters() {
+    let mut scene = Rectangles::new("a closed box");
+    let wall = scene.material(0.5, 1.0);
+    scene.closed_box([0.0; 3], [1.0, 1.5, 2.0], true, wall);
+    let case = Case::of(scene.finish(), true);
+    let solution = case.solve(&case.fallback(), &rough(Strategy::Adaptive));
+    let (forest, clusters) = (&solution.forest, case.hierarchy.nodes.len() as u32);
+    // Every element as bright as its own number.
+    let exitance: Vec<Vec3> = (0..forest.len()).map(|element| Vec3::splat(element as f32)).collect();
+    let halves = |element: u32| {
+        let piece = forest.piece(&case.hierarchy, element);
+        match forest.second[element as usize] {
+            0 => [element; 2],
+            _ => piece.halves(forest).map(|half| half.id()),
+        }
+    };
+    let uneven = solution.links.links.iter().find(|link| link.quarters != Quarters::UNIFORM);
+    let weighed = uneven.expect("walls that meet are near").quarters;
+    // Elements split not at all, once and twice.
+    let mut splits = [0; 3];
+    for source in 0..forest.len() as u32 {
+        let [first, second] = halves(source).map(halves);
+        let quarters = [first[0], first[1], second[0], second[1]];
+        let expected: f64 =
+            quarters.iter().zip(weighed.weights()).map(|(&q, weight)| q as f64 * weight).sum();
+        let found = weighed.weigh(forest, &exitance, source).x as f64;
+        assert!((found - expected).abs() < 1e-5 * expected.max(1.0), "{found} for {expected} of {source}");
+        splits[usize::from(first[0] != second[0]) + usize::from(first[0] != first[1])] += 1;
+    }
+    assert!(splits.iter().all(|&count| count > 0), "{splits:?}");
+    let as_uniform = Quarters::UNIFORM.weigh(forest, &exitance, clusters);
+    assert_eq!(as_uniform.x, clusters as f32, "without weights the mean counts");
 }
