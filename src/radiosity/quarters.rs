@@ -60,13 +60,15 @@ impl Quarters {
             0 => [element; 2],
             second => [element + 1, second],
         };
+        let mean = exitance[element as usize];
         if *self == Quarters::UNIFORM || forest.second[element as usize] == 0 {
-            return exitance[element as usize];
+            return mean;
         }
         let [first, second] = halves(element).map(halves);
         let quarters = [first[0], first[1], second[0], second[1]];
-        let weighed =
-            quarters.iter().zip(self.0).map(|(&quarter, weight)| exitance[quarter as usize] * weight as f32);
-        weighed.sum::<Vec3>() / 255.0
+        // Quarters that are alike give exactly the mean.
+        let above =
+            quarters.iter().zip(self.0).map(|(&q, weight)| (exitance[q as usize] - mean) * weight as f32);
+        mean + above.sum::<Vec3>() / 255.0
     }
 }

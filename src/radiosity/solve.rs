@@ -30,6 +30,9 @@ const LEAST_WALL: f64 = 0.01;
 /// Refinement has settled when it adds fewer links than this share.
 const SETTLED: f64 = 1e-2;
 
+/// Surfaces of a furnished room over the area of one of its walls, about.
+const ROOM: f64 = 20.0;
+
 /// Iteration ends when less than this share of the emitted power still changes.
 const CONVERGED: f64 = 2e-5;
 
@@ -153,7 +156,8 @@ pub fn solve(
     let (mut refine_seconds, mut solve_seconds) = (0.0, 0.0);
     let (mut iterations, mut error) = (0, f64::MAX);
     let (mut settled, mut since_settled) = (false, 0);
-    let mut thresholds = first_thresholds(emitted, hierarchy, options);
+    let wall_area = flight(hierarchy, &forest, &light, tracer).wall_area;
+    let mut thresholds = first_thresholds(emitted, wall_area, hierarchy, options);
 
     while iterations < options.iterations.max(1) && !(settled && error < CONVERGED * emitted) {
         if WEIGHED_AGAIN.contains(&since_settled) {
@@ -240,12 +244,19 @@ fn emitted_power(hierarchy: &Hierarchy, forest: &Forest) -> f64 {
         .sum()
 }
 
-/// Before anything is known of where the light falls: a coarse start.
-fn first_thresholds(emitted: f64, hierarchy: &Hierarchy, options: &SolveOptions) -> Thresholds {
+/// Before more is known of where the light falls than how far it flies: a coarse start. Many rooms share
+/// the power, so each has but a small part of it: the threshold follows the share of one.
+fn first_thresholds(
+    emitted: f64,
+    wall_area: f64,
+    hierarchy: &Hierarchy,
+    options: &SolveOptions,
+) -> Thresholds {
+    let room = (ROOM * wall_area / hierarchy.nodes[0].area as f64).min(1.0);
     let min_size = options.min_size.map_or(1.0 / 32.0, |size| hierarchy.frame.local_length(size));
     Thresholds {
         coarseness: SCHEDULE[0],
-        area: (options.epsilon * SCHEDULE[0]).max(1e-3),
+        area: (options.epsilon * SCHEDULE[0]).max(1e-3) * room,
         contrast: f64::INFINITY,
         dark: emitted,
         black: emitted,
