@@ -21,7 +21,6 @@ mod determinism;
 mod extremes;
 mod furnace;
 mod proofs;
-mod quarters;
 mod second_opinion;
 mod segments;
 mod solving;
