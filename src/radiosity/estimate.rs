@@ -147,16 +147,22 @@ impl<'a> Party<'a> {
         }
     }
 
+    /// Smallest and largest height above a plane.
+    fn heights(&self, hierarchy: &Hierarchy, plane: &Plane) -> (f64, f64) {
+        match self {
+            Party::Element { piece, .. } => {
+                let heights = piece.polygon.vertices().iter().map(|&v| plane.distance(v));
+                heights.fold((f64::MAX, f64::MIN), |(low, high), h| (low.min(h), high.max(h)))
+            }
+            Party::Cluster(node) => plane.distance_range(&hierarchy.nodes[*node as usize].bounds),
+        }
+    }
+
     /// Whether any of it lies in front of an element's plane.
     fn reaches_in_front_of(&self, hierarchy: &Hierarchy, other: &Party<'_>) -> bool {
-        let Party::Element { piece, .. } = other else { return true };
-        match self {
-            Party::Element { piece: own, .. } => {
-                own.polygon.vertices().iter().any(|&v| piece.plane.distance(v) > TOLERANCE)
-            }
-            Party::Cluster(node) => {
-                piece.plane.distance_range(&hierarchy.nodes[*node as usize].bounds).1 > TOLERANCE
-            }
+        match other {
+            Party::Element { piece, .. } => self.heights(hierarchy, &piece.plane).1 > TOLERANCE,
+            Party::Cluster(_) => true,
         }
     }
 }
@@ -280,6 +286,27 @@ fn nearest_point(polygon: &Polygon, plane: &Plane, target: DVec3) -> DVec3 {
     point.lerp(center, 0.05)
 }
 
+/// The part of a node in front of a plane: of a cluster that straddles the horizon only what is above it
+/// takes part.
+struct InFront {
+    /// About how much of it that is.
+    share: f64,
+    /// Mean height of that part.
+    height: f64,
+}
+
+impl InFront {
+    /// Of a node that reaches in front of the plane.
+    fn of(party: &Party<'_>, hierarchy: &Hierarchy, plane: &Plane) -> InFront {
+        let (low, high) = party.heights(hierarchy, plane);
+        let center = plane.distance(party.center(hierarchy));
+        if low >= 0.0 {
+            return InFront { share: 1.0, height: center };
+        }
+        InFront { share: high / (high - low), height: high * (center - low) / (high - low) }
+    }
+}
+
 /// Figures of a link with a cluster at one end or both.
 fn cluster_estimate(
     receiver: &Party<'_>,
@@ -292,31 +319,37 @@ fn cluster_estimate(
     let distance = to_source.length();
     let area = receiver.area(hierarchy);
     let (sent, peak) = source.output(light);
-    // Inside each other's spheres the kernel means little: the error says so, and the mean square
-    // distance of their points, about a third of the squared radii more, keeps it finite.
+    // A ball that shines evenly lights a point outside as its centre would. Inside each other's spheres
+    // the kernel means little: the error says so, and the mean square distance of two points, with one
+    // centre about a third of the squared radii, keeps it finite.
     let near = distance < reach;
     let radii = [receiver, source].map(|party| party.radius(hierarchy).powi(2)).iter().sum::<f64>();
-    let safe = (distance * distance + radii / 3.0).sqrt().max(f64::MIN_POSITIVE);
+    let inside = (1.0 - distance / reach).max(0.0);
+    let safe = (distance * distance + inside * radii / 3.0).sqrt().max(f64::MIN_POSITIVE);
     let direction = if distance > 0.0 { to_source / distance } else { DVec3::ZERO };
-    // A cluster that straddles the horizon is seen at a small angle at least.
-    let cosine = match receiver {
+    let (cosine, above) = match receiver {
         Party::Element { piece, .. } => {
-            piece.plane.normal.dot(direction).max(0.25 * source.radius(hierarchy) / safe).min(1.0)
+            let seen = InFront::of(source, hierarchy, &piece.plane);
+            ((seen.height / safe).clamp(0.0, 1.0) * seen.share, seen.share)
         }
-        Party::Cluster(_) => 1.0,
+        Party::Cluster(_) => (1.0, 1.0),
     };
     let received = cosine / (safe * safe);
     // No link brings more irradiance than the source has exitance.
-    let (factor, intensity) = match source {
+    let (factor, intensity, share) = match source {
         Party::Element { piece, exitance, .. } => {
+            let polygon = PolygonSource::new(&piece.polygon, piece.plane);
+            let lit = InFront::of(receiver, hierarchy, &piece.plane);
             let center = receiver.center(hierarchy);
-            (PolygonSource::new(&piece.polygon, piece.plane).form_factor(center, direction), *exitance)
+            let point = center + piece.plane.normal * (lit.height - piece.plane.distance(center));
+            let factor = polygon.form_factor(point, (polygon.center() - point).normalize_or_zero());
+            (lit.share * factor, *exitance, lit.share)
         }
         Party::Cluster(node) => {
             let received = received.min(PI / source.area(hierarchy).max(f64::MIN_POSITIVE));
             let lobes = &light.intensity[*node as usize];
             let lobe = if distance > 0.0 { lobes.evaluate((-direction).as_vec3()) } else { lobes.mean() };
-            (received, lobe.max_element() as f64)
+            (received, lobe.max_element() as f64, above)
         }
     };
     // More than it sends, or more than its brightest part everywhere, cannot arrive.
@@ -333,7 +366,7 @@ fn cluster_estimate(
         power,
         irradiance: power / area.max(f64::MIN_POSITIVE),
         near,
-        kernel_error: 0.5 * power * relative,
+        kernel_error: (0.5 * power * relative / share).min(most),
         source_error: 0.0,
     }
 }

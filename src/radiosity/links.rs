@@ -1,5 +1,6 @@
 //! Links: the stored exchange of light between two nodes, kept with the receiver.
 
+use super::quarters::Quarters;
 use rayon::slice::ParallelSliceMut;
 
 /// How a link's visibility is known.
@@ -36,6 +37,9 @@ pub struct Link {
     /// Share of the light that gets through. Of a source that is not uniform it may exceed 1: what is seen
     /// of it may be brighter than its mean.
     pub visibility: f32,
+    /// Where on the source the light comes from, if the source is an element and `visibility` does not
+    /// say.
+    pub quarters: Quarters,
     /// How that is known.
     pub class: LinkClass,
     /// The class was taken over from an ancestor pair.

@@ -4,6 +4,7 @@
 use super::estimate::{Estimate, Party, estimate};
 use super::forest::Forest;
 use super::links::{Link, LinkClass};
+use super::quarters::Quarters;
 use super::shading::Shading;
 use super::transport::Light;
 use crate::hierarchy::Hierarchy;
@@ -108,6 +109,14 @@ fn share_facet(a: &Party<'_>, b: &Party<'_>) -> bool {
     }
 }
 
+/// How the parts of a source share, if both are elements.
+fn quarters(receiver: &Party<'_>, source: &Party<'_>) -> Quarters {
+    match (receiver, source) {
+        (Party::Element { piece: r, .. }, Party::Element { piece: s, .. }) => Quarters::of(r, s),
+        _ => Quarters::UNIFORM,
+    }
+}
+
 /// Which end to split: of a cluster that lights itself, both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Split {
@@ -141,6 +150,40 @@ impl<'a> Refiner<'a> {
         parts.into_iter().for_each(|part| all.absorb(part));
         all.counters.visibility = all.worker.counters;
         (all.links, all.counters)
+    }
+
+    /// Weighs the partial links from clusters again, with the present light. What is bright in a cluster
+    /// when its links are made lies open to the lamps; light that arrives inside later is more hidden, but
+    /// the old weight would count it as equally visible.
+    pub(super) fn weigh_again(&self, links: &mut [Link], advance: &(dyn Fn(u64) + Sync)) -> RefineCounters {
+        let mut counters = RefineCounters::default();
+        // A fraction that knows nothing of brightness does not change.
+        if self.is_classic() {
+            return counters;
+        }
+        let clusters = self.hierarchy.nodes.len() as u32;
+        let root = CandidateSet::root();
+        let inherited = Inheritance { candidates: &root, blocker: NO_FACET };
+        let counted: Vec<VisibilityCounters> = links
+            .par_chunks_mut(256)
+            .map(|chunk| {
+                let mut worker = Worker::default();
+                for link in chunk.iter_mut().filter(|l| l.class == LinkClass::Partial && l.source < clusters)
+                {
+                    let (receiver, source) = (self.party(link.receiver), self.party(link.source));
+                    if let Some(figures) = estimate(&receiver, &source, self.hierarchy, self.light) {
+                        link.visibility =
+                            self.with_pair(&receiver, &source, &figures, inherited, false, |pair| {
+                                self.tester.weigh(&mut worker, pair)
+                            });
+                    }
+                }
+                advance(chunk.len() as u64);
+                worker.counters
+            })
+            .collect();
+        counted.into_iter().for_each(|part| counters.visibility += part);
+        counters
     }
 
     /// Keeps a link, or takes it up again with the present light.
@@ -229,6 +272,7 @@ impl<'a> Refiner<'a> {
             factor: figures.factor as f32,
             spread: figures.spread as f32,
             visibility: 1.0,
+            quarters: Quarters::UNIFORM,
             class: LinkClass::Untested,
             inherited: false,
         };
@@ -243,6 +287,7 @@ impl<'a> Refiner<'a> {
                 None => {
                     link.class = if certified { LinkClass::CertifiedVisible } else { LinkClass::Visible };
                     link.inherited = true;
+                    link.quarters = quarters(receiver, source);
                     output.links.push(link);
                 }
             }
@@ -250,20 +295,11 @@ impl<'a> Refiner<'a> {
         }
 
         let if_partial = self.wanted_split(receiver, source, &figures, true);
-        let limits = self.limits(receiver);
-        let (lit, shining) = (receiver.part_facing(source), source.part_facing(receiver));
-        let shading = Shading { source, forest: self.forest, light: self.light };
-        let pair = Pair {
-            receiver: &receiver.end(lit.as_ref()),
-            source: &source.end(shining.as_ref()),
-            seed: hash_pair(receiver.key(), source.key()),
-            inherited: state.inheritance,
-            subdivided: if_partial.is_some(),
-            importance: figures.power * self.thresholds.coarseness / limits.power,
-            prominence: self.prominence(&figures, &limits),
-            brightness: (!self.is_classic() && !source.is_uniform()).then_some(&shading),
-        };
-        let (verdict, narrowed) = self.tester.classify(&mut output.worker, &pair);
+        let subdivided = if_partial.is_some();
+        let (verdict, narrowed) =
+            self.with_pair(receiver, source, &figures, state.inheritance, subdivided, |pair| {
+                self.tester.classify(&mut output.worker, pair)
+            });
         if self.is_classic() {
             // A kernel-weighted fraction can be tiny: fewer than one ray in n + 1 is more than n rays can tell.
             let least = 1.0 / (self.tester.options().rays as f64 + 1.0);
@@ -292,7 +328,7 @@ impl<'a> Refiner<'a> {
             }
             // Where a split was in question, what the rays agree on is believed for good.
             None if verdict.class == Class::Invisible
-                && (verdict.certified || verdict.inheritable && pair.subdivided) =>
+                && (verdict.certified || verdict.inheritable && subdivided) =>
             {
                 output.counters.invisible += 1;
                 output.counters.certified_invisible += u64::from(verdict.certified);
@@ -305,12 +341,40 @@ impl<'a> Refiner<'a> {
                     (Class::Invisible, _) => LinkClass::Invisible,
                     _ => LinkClass::Partial,
                 };
+                if verdict.class == Class::Visible || self.is_classic() || source.is_uniform() {
+                    link.quarters = quarters(receiver, source);
+                }
                 output.links.push(link);
             }
         }
         if let Some(set) = narrowed {
             output.worker.recycle(set);
         }
+    }
+
+    /// Describes a pair to the visibility test.
+    fn with_pair<T>(
+        &self,
+        receiver: &Party<'a>,
+        source: &Party<'a>,
+        figures: &Estimate,
+        inherited: Inheritance<'_>,
+        subdivided: bool,
+        test: impl FnOnce(&Pair<'_>) -> T,
+    ) -> T {
+        let limits = self.limits(receiver);
+        let (lit, shining) = (receiver.part_facing(source), source.part_facing(receiver));
+        let shading = Shading { source, forest: self.forest, light: self.light };
+        test(&Pair {
+            receiver: &receiver.end(lit.as_ref()),
+            source: &source.end(shining.as_ref()),
+            seed: hash_pair(receiver.key(), source.key()),
+            inherited,
+            subdivided,
+            importance: figures.power * self.thresholds.coarseness / limits.power,
+            prominence: self.prominence(figures, &limits),
+            brightness: (!self.is_classic() && !source.is_uniform()).then_some(&shading),
+        })
     }
 
     /// The split that would make the pair better, or `None` when it is good enough or cannot be split.

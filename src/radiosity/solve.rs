@@ -3,6 +3,7 @@
 use super::flight::flight;
 use super::forest::Forest;
 use super::links::{Link, LinkClass, LinkSet};
+use super::quarters::Quarters;
 use super::refine::{RefineCounters, Refiner, Thresholds};
 use super::transport::{Cap, Light, Materials, Surface};
 use crate::hierarchy::Hierarchy;
@@ -28,6 +29,9 @@ const LEAST_WALL: f64 = 0.01;
 
 /// Refinement has settled when it adds fewer links than this share.
 const SETTLED: f64 = 1e-2;
+
+/// Surfaces of a furnished room over the area of one of its walls, about.
+const ROOM: f64 = 20.0;
 
 /// Iteration ends when less than this share of the emitted power still changes.
 const CONVERGED: f64 = 2e-5;
@@ -150,10 +154,20 @@ pub fn solve(
     let mut counters = RefineCounters::default();
     let emitted = emitted_power(hierarchy, &forest);
     let (mut refine_seconds, mut solve_seconds) = (0.0, 0.0);
-    let (mut iterations, mut error, mut settled) = (0, f64::MAX, false);
-    let mut thresholds = first_thresholds(emitted, hierarchy, options);
+    let (mut iterations, mut error) = (0, f64::MAX);
+    let (mut settled, mut since_settled) = (false, 0);
+    let wall_area = flight(hierarchy, &forest, &light, tracer).wall_area;
+    let mut thresholds = first_thresholds(emitted, wall_area, hierarchy, options);
 
     while iterations < options.iterations.max(1) && !(settled && error < CONVERGED * emitted) {
+        if WEIGHED_AGAIN.contains(&since_settled) {
+            let start = Instant::now();
+            progress.start("weigh", links.links.len() as u64);
+            let refiner = Refiner { hierarchy, forest: &forest, light: &light, tester: &tester, thresholds };
+            counters += refiner.weigh_again(&mut links.links, &|done| progress.advance(done));
+            progress.finish();
+            refine_seconds += start.elapsed().as_secs_f64();
+        }
         if !settled {
             let start = Instant::now();
             progress.start("refine", links.links.len() as u64);
@@ -180,6 +194,7 @@ pub fn solve(
         error = changed_power(&forest, &light, &next);
         light = next;
         iterations += 1;
+        since_settled += u32::from(settled);
         if !settled {
             let wall_area = flight(hierarchy, &forest, &light, tracer).wall_area;
             if let Some(lit) = Lit::of(&light, &forest) {
@@ -202,6 +217,7 @@ const SELF_LINK: Link = Link {
     factor: 0.0,
     spread: 0.0,
     visibility: 1.0,
+    quarters: Quarters::UNIFORM,
     class: LinkClass::Untested,
     inherited: false,
 };
@@ -228,12 +244,19 @@ fn emitted_power(hierarchy: &Hierarchy, forest: &Forest) -> f64 {
         .sum()
 }
 
-/// Before anything is known of where the light falls: a coarse start.
-fn first_thresholds(emitted: f64, hierarchy: &Hierarchy, options: &SolveOptions) -> Thresholds {
+/// Before more is known of where the light falls than how far it flies: a coarse start. Many rooms share
+/// the power, so each has but a small part of it: the threshold follows the share of one.
+fn first_thresholds(
+    emitted: f64,
+    wall_area: f64,
+    hierarchy: &Hierarchy,
+    options: &SolveOptions,
+) -> Thresholds {
+    let room = (ROOM * wall_area / hierarchy.nodes[0].area as f64).min(1.0);
     let min_size = options.min_size.map_or(1.0 / 32.0, |size| hierarchy.frame.local_length(size));
     Thresholds {
         coarseness: SCHEDULE[0],
-        area: (options.epsilon * SCHEDULE[0]).max(1e-3),
+        area: (options.epsilon * SCHEDULE[0]).max(1e-3) * room,
         contrast: f64::INFINITY,
         dark: emitted,
         black: emitted,
@@ -292,6 +315,9 @@ impl Lit {
         (power > 0.0).then(|| Lit { irradiance: (logarithms / power).exp(), area: areas / power })
     }
 }
+
+/// Links of clusters are weighed again after these iterations that follow the refinement.
+const WEIGHED_AGAIN: [u32; 4] = [1, 4, 16, 64];
 
 /// No element gets smaller than this, local length: a few hundred roundings.
 const MIN_LOCAL_SIZE: f64 = 5e-5;

@@ -177,7 +177,7 @@ impl Light {
         let clusters = hierarchy.nodes.len() as u32;
         let factor = link.factor * link.visibility;
         if link.source >= clusters {
-            return self.exitance[(link.source - clusters) as usize] * factor;
+            return link.quarters.weigh(forest, &self.exitance, link.source - clusters) * factor;
         }
         let away = -direction(hierarchy, forest, link);
         let lobes = &self.intensity[link.source as usize];
@@ -321,8 +321,9 @@ impl Block<'_> {
         let (a, b) = (own + 1, second as usize - self.offset);
         let share = self.forest.area[element as usize + 1]
             / (self.forest.area[element as usize + 1] + self.forest.area[second as usize]);
-        self.irradiance[own] = self.irradiance[a] * share + self.irradiance[b] * (1.0 - share);
-        self.exitance[own] = self.exitance[a] * share + self.exitance[b] * (1.0 - share);
+        // So written, halves that are alike give exactly what they are, split or not.
+        self.irradiance[own] = self.irradiance[b] + (self.irradiance[a] - self.irradiance[b]) * share;
+        self.exitance[own] = self.exitance[b] + (self.exitance[a] - self.exitance[b]) * share;
         let (low, high) = (low_a.min(low_b), high_a.max(high_b));
         self.variation[own] = high - low;
         (low, high)

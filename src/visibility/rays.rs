@@ -4,11 +4,11 @@ use super::test::Worker;
 use super::{Brightness, Pair, Tester};
 use crate::math::PairSequence;
 use crate::shaft::Shaft;
-use crate::tracer::{Candidates, FilterAudit, NO_FACET, PACKET, Segment};
+use crate::tracer::{Candidates, ENDPOINT_EPSILON, FilterAudit, NO_FACET, PACKET, Ray, Segment};
 use glam::DVec3;
 
-/// Most different blockers remembered of one pair.
-const REMEMBERED: usize = 4;
+/// Most different blockers of one pair that are named.
+const MOST_NAMED: usize = 4;
 
 /// Most pairs of points tried to find two that face each other.
 const MOST_TRIED: u32 = 256;
@@ -51,8 +51,6 @@ pub(super) struct RayCount {
     pub(super) blocked: u32,
     /// Share of the light that gets through; 1 when no ray could be cast.
     pub(super) fraction: f32,
-    blockers: [u32; REMEMBERED],
-    blocker_count: usize,
 }
 
 impl RayCount {
@@ -62,23 +60,6 @@ impl RayCount {
 
     pub(super) fn is_mixed(&self) -> bool {
         self.clear > 0 && self.blocked > 0
-    }
-
-    /// Some of the facets that were hit.
-    pub(super) fn blockers(&self) -> &[u32] {
-        &self.blockers[..self.blocker_count]
-    }
-
-    fn add(&mut self, blocker: u32) {
-        if blocker == NO_FACET {
-            self.clear += 1;
-            return;
-        }
-        self.blocked += 1;
-        if self.blocker_count < REMEMBERED && !self.blockers().contains(&blocker) {
-            self.blockers[self.blocker_count] = blocker;
-            self.blocker_count += 1;
-        }
     }
 }
 
@@ -140,6 +121,8 @@ impl Tester<'_> {
             if ready == 0 {
                 break;
             }
+            worker.segments.clear();
+            worker.segments.extend_from_slice(&segments[..ready]);
             self.tracer_for_rays().blockers(
                 &segments[..ready],
                 candidates,
@@ -149,7 +132,8 @@ impl Tester<'_> {
             let last = sightings.len() - ready;
             for (&blocker, sighting) in blockers[..ready].iter().zip(&mut sightings[last..]) {
                 sighting.clear = blocker == NO_FACET;
-                met.add(blocker);
+                met.clear += u32::from(sighting.clear);
+                met.blocked += u32::from(!sighting.clear);
             }
             if until_mixed && met.is_mixed() {
                 break;
@@ -186,5 +170,28 @@ impl Tester<'_> {
             }
         }
         met
+    }
+
+    /// Some of the facets the last packet of rays met first, the receiver's side first. Which of several
+    /// blockers [`Tracer::blockers`](crate::tracer::Tracer::blockers) names is up to the tracer; these are
+    /// not.
+    pub(super) fn first_blockers(&self, worker: &mut Worker) -> impl Iterator<Item = u32> + use<> {
+        let mut rays = [Ray { origin: glam::Vec3::ZERO, direction: glam::Vec3::ONE }; PACKET];
+        for (ray, segment) in rays.iter_mut().zip(&worker.segments) {
+            let direction = segment.to - segment.from;
+            *ray = Ray { origin: segment.from + direction * ENDPOINT_EPSILON, direction };
+        }
+        let count = worker.segments.len();
+        let mut hits = [None; PACKET];
+        self.tracer_for_rays().first_hits(&rays[..count], &mut hits[..count]);
+        worker.counters.rays_cast += count as u64;
+        let mut named = [NO_FACET; MOST_NAMED];
+        for (hit, segment) in hits.iter().flatten().zip(&worker.segments) {
+            let is_new = !segment.skip.contains(&hit.facet) && !named.contains(&hit.facet);
+            if let (true, Some(free)) = (is_new, named.iter_mut().find(|facet| **facet == NO_FACET)) {
+                *free = hit.facet;
+            }
+        }
+        named.into_iter().filter(|&facet| facet != NO_FACET)
     }
 }

@@ -4,7 +4,7 @@ use super::rays::{RayCount, Sighting};
 use super::{NodeEnd, Strategy, VisibilityCounters, VisibilityOptions};
 use crate::hierarchy::{Hierarchy, Interval};
 use crate::shaft::{Shaft, blocks_all, intervals_of};
-use crate::tracer::{BruteTracer, Candidates, NO_FACET, Tracer};
+use crate::tracer::{BruteTracer, Candidates, NO_FACET, Segment, Tracer};
 use glam::DVec3;
 use std::time::Instant;
 
@@ -111,6 +111,8 @@ pub struct Worker {
     /// What the tests did.
     pub counters: VisibilityCounters,
     pub(super) sightings: Vec<Sighting>,
+    /// The last packet of rays.
+    pub(super) segments: Vec<Segment>,
     spare: Vec<CandidateSet>,
 }
 
@@ -180,6 +182,14 @@ impl<'a> Tester<'a> {
         (verdict, narrowed)
     }
 
+    /// Share of the light that gets through a pair, by rays over the whole scene, whatever the strategy.
+    pub fn weigh(&self, worker: &mut Worker, pair: &Pair<'_>) -> f32 {
+        let start = Instant::now();
+        let met = self.cast_weighing(worker, pair, Candidates::All, None);
+        worker.counters.nanoseconds += start.elapsed().as_nanos() as u64;
+        met.fraction
+    }
+
     /// The paper's order: shaft, cull, single blocker, rays over the candidates.
     fn shaft_first(&self, worker: &mut Worker, pair: &Pair<'_>) -> (Verdict, Option<CandidateSet>) {
         let (shaft, set) = self.cull(worker, pair, u64::MAX);
@@ -187,9 +197,8 @@ impl<'a> Tester<'a> {
             worker.recycle(set);
             return (Verdict::proved(Class::Visible, NO_FACET), None);
         }
-        let known = std::iter::once(pair.inherited.blocker).filter(|&b| b != NO_FACET);
         let leaves = set.nodes.iter().map(|&n| &self.hierarchy.nodes[n as usize]).filter(|n| n.is_leaf());
-        if let Some(blocker) = self.single_blocker(worker, pair, known.chain(leaves.map(|n| n.first))) {
+        if let Some(blocker) = self.single_blocker(worker, pair, leaves.map(|n| n.first)) {
             worker.recycle(set);
             return (Verdict::proved(Class::Invisible, blocker), None);
         }
@@ -221,10 +230,14 @@ impl<'a> Tester<'a> {
             return (verdict, None);
         }
         match verdict.class {
-            Class::Invisible => match self.single_blocker(worker, pair, met.blockers().iter().copied()) {
-                Some(blocker) => (Verdict::proved(Class::Invisible, blocker), None),
-                None => (verdict, None),
-            },
+            Class::Invisible => {
+                let mut met_first = self.first_blockers(worker).peekable();
+                verdict.blocker = met_first.peek().copied().unwrap_or(NO_FACET);
+                match self.single_blocker(worker, pair, met_first) {
+                    Some(blocker) => (Verdict::proved(Class::Invisible, blocker), None),
+                    None => (verdict, None),
+                }
+            }
             _ => {
                 let (_, set) = self.cull(worker, pair, ADAPTIVE_ALLOWANCE);
                 if set.nodes.is_empty() {
@@ -335,6 +348,6 @@ fn verdict_of(met: &RayCount) -> Verdict {
         inheritable: class != Class::Partial,
         doubtful: false,
         fraction: met.fraction,
-        blocker: met.blockers().first().copied().filter(|_| class == Class::Invisible).unwrap_or(NO_FACET),
+        blocker: NO_FACET,
     }
 }

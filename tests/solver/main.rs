@@ -21,6 +21,7 @@ mod determinism;
 mod extremes;
 mod furnace;
 mod proofs;
+mod quarters;
 mod second_opinion;
 mod segments;
 mod solving;
