@@ -174,11 +174,12 @@ pub fn solve(
             let refiner = Refiner { hierarchy, forest: &forest, light: &light, tester: &tester, thresholds };
             let (mut refined, counted) = refiner.refine(&links.links, &|done| progress.advance(done));
             counters += counted;
-            let added = refined.len().abs_diff(links.links.len());
+            let (before, after) = (carrying(&links.links), carrying(&refined));
             let new_from_old = forest.renumber(hierarchy);
             rename(&mut refined, hierarchy.nodes.len() as u32, &new_from_old);
             light = light.renumbered(&forest, &new_from_old);
-            settled = iterations as usize > SCHEDULE.len() && added as f64 <= SETTLED * refined.len() as f64;
+            let added = after.abs_diff(before) as f64;
+            settled = iterations as usize > SCHEDULE.len() && added <= SETTLED * after as f64;
             if settled || iterations + 1 == options.iterations.max(1) {
                 let kept = refined.len();
                 refined.retain(|link| link.class != LinkClass::Invisible);
@@ -221,6 +222,11 @@ const SELF_LINK: Link = Link {
     class: LinkClass::Untested,
     inherited: false,
 };
+
+/// Links that may carry light. How many others are kept for another look is up to what could be proved.
+fn carrying(links: &[Link]) -> usize {
+    links.iter().filter(|link| link.class != LinkClass::Invisible).count()
+}
 
 /// Replaces provisional element ids.
 fn rename(links: &mut [Link], clusters: u32, new_from_old: &[u32]) {
