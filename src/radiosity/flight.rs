@@ -13,6 +13,9 @@ use std::f64::consts::TAU;
 /// Rays, each standing for the same power: the answer is good to about a quarter of a per cent.
 const RAYS: u32 = 1 << 17;
 
+/// Light caught in a narrow gap makes no room smaller than this share of the facets it falls on.
+const LEAST_WALL: f64 = 0.01;
+
 /// How far above its surface a ray starts, local units.
 const LIFT: f64 = 1e-5;
 
@@ -24,7 +27,7 @@ pub(super) struct Flight {
     /// Power (likewise) of the light that ends on the backs of one-sided surfaces.
     pub(super) on_backs: f64,
     /// Mean square distance the other light flies, local units: about the area of a wall of the rooms it
-    /// fills. 1 when there is no such light.
+    /// fills, but no less than a share of the facets it meets. 1 when there is no such light.
     pub(super) wall_area: f64,
 }
 
@@ -72,6 +75,7 @@ pub(super) fn flight(hierarchy: &Hierarchy, forest: &Forest, light: &Light, trac
                 let back = normal.dot(ray.direction.as_dvec3()) > 0.0;
                 ended.on_backs += u32::from(forest.side_index(Side { facet: hit.facet, back }).is_none());
                 ended.squares += (hit.t as f64).powi(2);
+                ended.areas += hierarchy.polygon(hit.facet).area();
             }
             ended
         })
@@ -80,13 +84,14 @@ pub(super) fn flight(hierarchy: &Hierarchy, forest: &Forest, light: &Light, trac
         missed: sum.missed + packet.missed,
         on_backs: sum.on_backs + packet.on_backs,
         squares: sum.squares + packet.squares,
+        areas: sum.areas + packet.areas,
     });
     let power = total / RAYS as f64;
     Flight {
         escaped: power * ended.missed as f64,
         on_backs: power * ended.on_backs as f64,
         wall_area: if ended.missed < RAYS {
-            rounded(ended.squares / (RAYS - ended.missed) as f64)
+            rounded(ended.squares.max(LEAST_WALL * ended.areas) / (RAYS - ended.missed) as f64)
         } else {
             1.0
         },
@@ -100,6 +105,8 @@ struct Ended {
     on_backs: u32,
     /// Sum of the squared distances of those that hit.
     squares: f64,
+    /// Sum of the areas of the facets they hit.
+    areas: f64,
 }
 
 /// To the nearest quarter of a power of two, so that two tracers that round differently refine alike.

@@ -24,9 +24,6 @@ const DARK: f64 = 0.3;
 /// Below this share shadows need not be right either: a picture that shows the rest shows them black.
 const BLACK: f64 = 0.03;
 
-/// Light caught in a narrow gap makes no room smaller than this share of the facets it falls on.
-const LEAST_WALL: f64 = 0.01;
-
 /// Refinement has settled when it adds fewer links than this share.
 const SETTLED: f64 = 1e-2;
 
@@ -198,9 +195,8 @@ pub fn solve(
         since_settled += u32::from(settled);
         if !settled {
             let wall_area = flight(hierarchy, &forest, &light, tracer).wall_area;
-            if let Some(lit) = Lit::of(&light, &forest) {
-                let wall_area = wall_area.max(LEAST_WALL * lit.area);
-                thresholds = thresholds_for(iterations as usize, &lit, wall_area, hierarchy, options);
+            if let Some(lit) = lit_irradiance(&light, &forest) {
+                thresholds = thresholds_for(iterations as usize, lit, wall_area, hierarchy, options);
             }
         }
         solve_seconds += start.elapsed().as_secs_f64();
@@ -274,7 +270,7 @@ fn first_thresholds(
 /// the size of a building nor the fineness of its triangles matters.
 fn thresholds_for(
     iteration: usize,
-    lit: &Lit,
+    lit: f64,
     wall_area: f64,
     hierarchy: &Hierarchy,
     options: &SolveOptions,
@@ -288,38 +284,24 @@ fn thresholds_for(
         coarseness: factor,
         area: options.epsilon * factor * wall_area,
         contrast: options.contrast * factor,
-        dark: DARK * lit.irradiance,
-        black: BLACK * lit.irradiance,
+        dark: DARK * lit,
+        black: BLACK * lit,
         min_size: min_size.max(MIN_LOCAL_SIZE),
     }
 }
 
-/// What the light falls on.
-struct Lit {
-    /// Geometric mean of the irradiance, weighted by the power it brings.
-    irradiance: f64,
-    /// Mean area of the facets it falls on, weighted likewise, local units.
-    area: f64,
-}
-
-impl Lit {
-    /// `None` when all is dark.
-    fn of(light: &Light, forest: &Forest) -> Option<Lit> {
-        let (mut power, mut logarithms, mut areas) = (0.0, 0.0, 0.0);
-        for side in 0..forest.side_count() {
-            let (first, end) = (forest.first_element[side] as usize, forest.first_element[side + 1] as usize);
-            for element in (first..end).filter(|&e| forest.second[e] == 0) {
-                let irradiance = light.irradiance[element].max_element() as f64;
-                if irradiance > 0.0 {
-                    let received = irradiance * forest.area[element] as f64;
-                    power += received;
-                    logarithms += received * irradiance.ln();
-                    areas += received * forest.area[first] as f64;
-                }
-            }
+/// Geometric mean of the irradiance, weighted by the power it brings; `None` when all is dark.
+fn lit_irradiance(light: &Light, forest: &Forest) -> Option<f64> {
+    let (mut power, mut logarithms) = (0.0, 0.0);
+    for element in (0..forest.len()).filter(|&e| forest.second[e] == 0) {
+        let irradiance = light.irradiance[element].max_element() as f64;
+        if irradiance > 0.0 {
+            let received = irradiance * forest.area[element] as f64;
+            power += received;
+            logarithms += received * irradiance.ln();
         }
-        (power > 0.0).then(|| Lit { irradiance: (logarithms / power).exp(), area: areas / power })
     }
+    (power > 0.0).then(|| (logarithms / power).exp())
 }
 
 /// Links of clusters are weighed again after these iterations that follow the refinement.
