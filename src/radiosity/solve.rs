@@ -10,7 +10,7 @@ use crate::hierarchy::Hierarchy;
 use crate::progress::Progress;
 use crate::tracer::Tracer;
 use crate::visibility::{Tester, VisibilityOptions};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use std::time::Instant;
 
 /// Refinement runs at these multiples of the threshold, then at the threshold itself: what is split
@@ -154,9 +154,9 @@ pub fn solve(
     let (mut iterations, mut error) = (0, f64::MAX);
     let (mut settled, mut since_settled) = (false, 0);
     let wall_area = flight(hierarchy, &forest, &light, tracer).wall_area;
-    let mut thresholds = first_thresholds(emitted, wall_area, hierarchy, options);
+    let mut thresholds = first_thresholds(emitted.max_element(), wall_area, hierarchy, options);
 
-    while iterations < options.iterations.max(1) && !(settled && error < CONVERGED * emitted) {
+    while iterations < options.iterations.max(1) && !(settled && error < CONVERGED * emitted.element_sum()) {
         if WEIGHED_AGAIN.contains(&since_settled) {
             let start = Instant::now();
             progress.start("weigh", links.links.len() as u64);
@@ -235,13 +235,13 @@ fn rename(links: &mut [Link], clusters: u32, new_from_old: &[u32]) {
     });
 }
 
-/// Emitted power, largest channel, local areas.
-fn emitted_power(hierarchy: &Hierarchy, forest: &Forest) -> f64 {
+/// Emitted power, local areas.
+fn emitted_power(hierarchy: &Hierarchy, forest: &Forest) -> DVec3 {
     let materials = Materials { hierarchy, forest };
     (0..forest.side_count())
         .map(|side| {
             let area = forest.area[forest.first_element[side] as usize];
-            (materials.of(side).0.max_element() * area) as f64
+            materials.of(side).0.as_dvec3() * area as f64
         })
         .sum()
 }
@@ -310,11 +310,11 @@ const WEIGHED_AGAIN: [u32; 4] = [1, 4, 16, 64];
 /// No element gets smaller than this, local length: a few hundred roundings.
 const MIN_LOCAL_SIZE: f64 = 5e-5;
 
-/// Power whose place or amount changed between two iterations, largest channel, local areas.
+/// Power whose place or amount changed between two iterations, summed over channels, local areas.
 fn changed_power(forest: &Forest, before: &Light, after: &Light) -> f64 {
     (0..forest.len())
         .filter(|&e| forest.second[e] == 0)
-        .map(|e| ((after.exitance[e] - before.exitance[e]).abs().max_element() * forest.area[e]) as f64)
+        .map(|e| ((after.exitance[e] - before.exitance[e]).abs().element_sum() * forest.area[e]) as f64)
         .sum()
 }
 

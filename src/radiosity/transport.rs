@@ -108,8 +108,10 @@ impl Light {
     pub(super) fn renumbered(&self, forest: &Forest, new_from_old: &[u32]) -> Light {
         const UNKNOWN: Vec3 = Vec3::NAN;
         let mut exitance = vec![UNKNOWN; forest.len()];
-        for (old, &value) in self.exitance.iter().enumerate() {
-            exitance[new_from_old[old] as usize] = value;
+        let mut variation = vec![0.0; forest.len()];
+        for (old, &new) in new_from_old.iter().enumerate().take(self.exitance.len()) {
+            exitance[new as usize] = self.exitance[old];
+            variation[new as usize] = self.variation[old];
         }
         for e in 0..exitance.len() {
             let second = forest.second[e] as usize;
@@ -118,12 +120,7 @@ impl Light {
                 exitance[second] = exitance[e];
             }
         }
-        Light {
-            irradiance: vec![Vec3::ZERO; forest.len()],
-            variation: vec![0.0; forest.len()],
-            exitance,
-            ..self.clone()
-        }
+        Light { irradiance: vec![Vec3::ZERO; forest.len()], variation, exitance, ..self.clone() }
     }
 
     /// Gathers over all links and updates everything; returns the new light.
@@ -175,13 +172,26 @@ impl Light {
             return Vec3::ZERO;
         }
         let clusters = hierarchy.nodes.len() as u32;
-        let factor = link.factor * link.visibility;
         if link.source >= clusters {
-            return link.quarters.weigh(forest, &self.exitance, link.source - clusters) * factor;
+            let source = link.source - clusters;
+            return link.quarters.weigh(forest, &self.exitance, source)
+                * (link.factor * self.seen(source, link));
         }
+        let factor = link.factor * link.visibility;
         let away = -direction(hierarchy, forest, link);
         let lobes = &self.intensity[link.source as usize];
         (if away == Vec3::ZERO { lobes.mean() } else { lobes.evaluate(away) }) * factor
+    }
+
+    /// Share of a source's light that gets through a link. What is seen of the source was perhaps brighter
+    /// than its mean when the link was made, but is never brighter than its brightest part is now.
+    #[inline]
+    fn seen(&self, source: u32, link: &Link) -> f32 {
+        if link.visibility <= 1.0 {
+            return link.visibility;
+        }
+        let mean = self.exitance[source as usize].max_element();
+        link.visibility.min(1.0 + self.variation[source as usize] / mean.max(f32::MIN_POSITIVE))
     }
 
     /// Sends gathered light down to the leaves and the new exitance up again.

@@ -21,7 +21,7 @@ pub struct Stats {
     pub visibility: VisibilityStats,
     /// Gather and push-pull iterations.
     pub iterations: u32,
-    /// Power that still changed in the last iteration, watts (the channel that changed most).
+    /// Power that still changed in the last iteration, watts.
     pub energy_error_w: f64,
     /// Where the power went.
     pub energy: EnergyStats,

@@ -11,6 +11,9 @@ use std::time::Instant;
 /// Most rays with which `adaptive` classifies a pair that is going to be subdivided anyway.
 const CLASSIFYING_RAYS: u32 = 16;
 
+/// Pairs of this importance are not believed to be clear or blocked because a few rays are.
+const MATTERS: f64 = 1.0;
+
 /// How many times the rays links that draw a shadow get.
 const SHADOW_RAYS: f64 = 4.0;
 
@@ -174,7 +177,7 @@ impl<'a> Tester<'a> {
         if self.options.certify {
             verdict.inheritable = verdict.certified;
             verdict.doubtful |=
-                !verdict.certified && verdict.class != Class::Partial && pair.importance >= 1.0;
+                !verdict.certified && verdict.class != Class::Partial && pair.importance >= MATTERS;
         }
         let cast = worker.counters.rays_cast - rays_before;
         worker.counters.rays_avoided += (self.options.rays as u64).saturating_sub(cast);
@@ -224,7 +227,7 @@ impl<'a> Tester<'a> {
         }
         // Rays that agree are believed only where little rests on them: what is lost (or gained) by
         // each such pair adds up over thousands of them.
-        verdict.doubtful = met.cast() == 0 || pair.importance >= 1.0;
+        verdict.doubtful = met.cast() == 0 || pair.importance >= MATTERS;
         verdict.inheritable = !verdict.doubtful;
         if verdict.inheritable {
             return (verdict, None);
@@ -273,9 +276,15 @@ impl<'a> Tester<'a> {
         candidates: Candidates<'_>,
         shaft: Option<&Shaft>,
     ) -> RayCount {
-        // Where agreement alone decides what is inherited, all rays have to agree.
-        let is_adaptive = self.options.strategy == Strategy::Adaptive;
-        let count = if is_adaptive { self.options.rays.min(CLASSIFYING_RAYS) } else { self.options.rays };
+        // Where agreement alone decides what is inherited, all rays have to agree; where it will be believed
+        // without a proof, more of them.
+        let count = match self.options.strategy {
+            Strategy::Adaptive => {
+                let few = self.options.rays.min(CLASSIFYING_RAYS);
+                if pair.importance < MATTERS { few * SHADOW_RAYS as u32 } else { few }
+            }
+            _ => self.options.rays,
+        };
         self.cast(worker, pair, count, true, candidates, shaft)
     }
 

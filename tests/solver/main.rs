@@ -25,5 +25,6 @@ mod quarters;
 mod second_opinion;
 mod segments;
 mod solving;
+mod stale;
 mod strategies;
 mod windings;
