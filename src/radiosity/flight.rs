@@ -13,8 +13,11 @@ use std::f64::consts::TAU;
 /// Rays, each standing for the same power: the answer is good to about a quarter of a per cent.
 const RAYS: u32 = 1 << 17;
 
-/// Light caught in a narrow gap makes no room smaller than this share of the facets it falls on.
-const LEAST_WALL: f64 = 0.01;
+/// Light caught in a narrow gap makes no room smaller than this share of the smaller facet at its ends.
+const LEAST_WALL: f64 = 0.04;
+
+/// Cells as wide as a wall that the light of one room falls in, at most about.
+const CELLS: f64 = 20.0;
 
 /// How far above its surface a ray starts, local units.
 const LIFT: f64 = 1e-5;
@@ -27,8 +30,10 @@ pub(super) struct Flight {
     /// Power (likewise) of the light that ends on the backs of one-sided surfaces.
     pub(super) on_backs: f64,
     /// Mean square distance the other light flies, local units: about the area of a wall of the rooms it
-    /// fills, but no less than a share of the facets it meets. 1 when there is no such light.
+    /// fills, but no less than a share of the facets it flies between. 1 when there is no such light.
     pub(super) wall_area: f64,
+    /// How many such rooms it fills, about; at least 1.
+    pub(super) rooms: f64,
 }
 
 /// Follows the light one step.
@@ -47,66 +52,76 @@ pub(super) fn flight(hierarchy: &Hierarchy, forest: &Forest, light: &Light, trac
         })
         .collect();
     if total <= 0.0 {
-        return Flight { escaped: 0.0, on_backs: 0.0, wall_area: 1.0 };
+        return Flight { escaped: 0.0, on_backs: 0.0, wall_area: 1.0, rooms: 1.0 };
     }
     let sequence = PairSequence::new(1);
-    let packets: Vec<Ended> = (0..RAYS / PACKET as u32)
+    let landings: Vec<Landing> = (0..RAYS / PACKET as u32)
         .into_par_iter()
-        .map(|packet| {
+        .flat_map_iter(|packet| {
+            let mut sources = [0u32; PACKET];
             let rays: [Ray; PACKET] = std::array::from_fn(|i| {
                 let index = packet * PACKET as u32 + i as u32;
                 let [u, v, s, t] = sequence.point(index);
                 let at = (index as f64 + 0.5) / RAYS as f64 * total;
                 let element = leaves[sums.partition_point(|&sum| sum <= at).min(leaves.len() - 1)];
                 let piece = forest.piece(hierarchy, element);
+                sources[i] = piece.side.facet;
                 let normal = piece.plane.normal;
                 let origin = piece.polygon.point_at(u, v) + normal * LIFT;
                 Ray { origin: origin.as_vec3(), direction: cosine_direction(normal, s, t) }
             });
             let mut hits = [None; PACKET];
             tracer.first_hits(&rays, &mut hits);
-            let mut ended = Ended::default();
-            for (ray, hit) in rays.iter().zip(&hits) {
-                let Some(hit) = hit else {
-                    ended.missed += 1;
-                    continue;
-                };
+            (0..PACKET).filter_map(move |i| {
+                let (ray, hit) = (&rays[i], hits[i]?);
                 let normal = hierarchy.facets[hit.facet as usize].plane.normal;
                 let back = normal.dot(ray.direction.as_dvec3()) > 0.0;
-                ended.on_backs += u32::from(forest.side_index(Side { facet: hit.facet, back }).is_none());
-                ended.squares += (hit.t as f64).powi(2);
-                ended.areas += hierarchy.polygon(hit.facet).area();
-            }
-            ended
+                let areas = [sources[i], hit.facet].map(|facet| hierarchy.polygon(facet).area());
+                Some(Landing {
+                    point: ray.origin + ray.direction * hit.t,
+                    square: (hit.t as f64).powi(2),
+                    least: LEAST_WALL * areas[0].min(areas[1]),
+                    on_back: forest.side_index(Side { facet: hit.facet, back }).is_none(),
+                })
+            })
         })
         .collect();
-    let ended = packets.iter().fold(Ended::default(), |sum, packet| Ended {
-        missed: sum.missed + packet.missed,
-        on_backs: sum.on_backs + packet.on_backs,
-        squares: sum.squares + packet.squares,
-        areas: sum.areas + packet.areas,
-    });
     let power = total / RAYS as f64;
+    let sum = |value: fn(&Landing) -> f64| landings.iter().map(value).sum::<f64>();
+    let wall_area = if landings.is_empty() {
+        1.0
+    } else {
+        rounded(sum(|landing| landing.square).max(sum(|landing| landing.least)) / landings.len() as f64)
+    };
     Flight {
-        escaped: power * ended.missed as f64,
-        on_backs: power * ended.on_backs as f64,
-        wall_area: if ended.missed < RAYS {
-            rounded(ended.squares.max(LEAST_WALL * ended.areas) / (RAYS - ended.missed) as f64)
-        } else {
-            1.0
-        },
+        escaped: power * (RAYS as usize - landings.len()) as f64,
+        on_backs: power * sum(|landing| f64::from(landing.on_back)),
+        wall_area,
+        rooms: rooms(&landings, wall_area.sqrt() as f32),
     }
 }
 
-/// Where rays ended.
-#[derive(Clone, Copy, Debug, Default)]
-struct Ended {
-    missed: u32,
-    on_backs: u32,
-    /// Sum of the squared distances of those that hit.
-    squares: f64,
-    /// Sum of the areas of the facets they hit.
-    areas: f64,
+/// Where a ray ended.
+#[derive(Clone, Copy, Debug)]
+struct Landing {
+    point: Vec3,
+    /// Squared distance it flew.
+    square: f64,
+    /// The least wall area between the facets at its ends.
+    least: f64,
+    /// On the back of a one-sided surface.
+    on_back: bool,
+}
+
+/// Rooms with walls of this length that the light falls in: from the number of cells of a grid that would
+/// share it if all had the same.
+fn rooms(landings: &[Landing], wall: f32) -> f64 {
+    let mut cells: Vec<_> =
+        landings.iter().map(|landing| (landing.point / wall).floor().as_ivec3().to_array()).collect();
+    cells.sort_unstable();
+    let squares: f64 = cells.chunk_by(|a, b| a == b).map(|cell| (cell.len() as f64).powi(2)).sum();
+    let shared = (cells.len() as f64).powi(2) / squares.max(1.0);
+    rounded((shared / CELLS).max(1.0))
 }
 
 /// To the nearest quarter of a power of two, so that two tracers that round differently refine alike.

@@ -157,10 +157,6 @@ impl<'a> Refiner<'a> {
     /// the old weight would count it as equally visible.
     pub(super) fn weigh_again(&self, links: &mut [Link], advance: &(dyn Fn(u64) + Sync)) -> RefineCounters {
         let mut counters = RefineCounters::default();
-        // A fraction that knows nothing of brightness does not change.
-        if self.is_classic() {
-            return counters;
-        }
         let clusters = self.hierarchy.nodes.len() as u32;
         let root = CandidateSet::root();
         let inherited = Inheritance { candidates: &root, blocker: NO_FACET };

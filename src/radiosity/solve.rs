@@ -9,7 +9,7 @@ use super::transport::{Cap, Light, Materials, Surface};
 use crate::hierarchy::Hierarchy;
 use crate::progress::Progress;
 use crate::tracer::Tracer;
-use crate::visibility::{Tester, VisibilityOptions};
+use crate::visibility::{Strategy, Tester, VisibilityOptions};
 use glam::{DVec3, Vec3};
 use std::time::Instant;
 
@@ -26,9 +26,6 @@ const BLACK: f64 = 0.03;
 
 /// Refinement has settled when it adds fewer links than this share.
 const SETTLED: f64 = 1e-2;
-
-/// Surfaces of a furnished room over the area of one of its walls, about.
-const ROOM: f64 = 20.0;
 
 /// Iteration ends when less than this share of the emitted power still changes.
 const CONVERGED: f64 = 2e-5;
@@ -153,11 +150,13 @@ pub fn solve(
     let (mut refine_seconds, mut solve_seconds) = (0.0, 0.0);
     let (mut iterations, mut error) = (0, f64::MAX);
     let (mut settled, mut since_settled) = (false, 0);
-    let wall_area = flight(hierarchy, &forest, &light, tracer).wall_area;
-    let mut thresholds = first_thresholds(emitted.max_element(), wall_area, hierarchy, options);
+    // A fraction that knows nothing of brightness does not change.
+    let weighs_again = options.visibility.strategy != Strategy::Sampled;
+    let rooms = flight(hierarchy, &forest, &light, tracer).rooms;
+    let mut thresholds = first_thresholds(emitted.max_element(), rooms, hierarchy, options);
 
     while iterations < options.iterations.max(1) && !(settled && error < CONVERGED * emitted.element_sum()) {
-        if WEIGHED_AGAIN.contains(&since_settled) {
+        if weighs_again && WEIGHED_AGAIN.contains(&since_settled) {
             let start = Instant::now();
             progress.start("weigh", links.links.len() as u64);
             let refiner = Refiner { hierarchy, forest: &forest, light: &light, tester: &tester, thresholds };
@@ -246,19 +245,13 @@ fn emitted_power(hierarchy: &Hierarchy, forest: &Forest) -> DVec3 {
         .sum()
 }
 
-/// Before more is known of where the light falls than how far it flies: a coarse start. Many rooms share
-/// the power, so each has but a small part of it: the threshold follows the share of one.
-fn first_thresholds(
-    emitted: f64,
-    wall_area: f64,
-    hierarchy: &Hierarchy,
-    options: &SolveOptions,
-) -> Thresholds {
-    let room = (ROOM * wall_area / hierarchy.nodes[0].area as f64).min(1.0);
+/// Before it is known where the light falls: a coarse start. Many rooms share the power, so each has but a
+/// small part of it: the threshold follows the share of one.
+fn first_thresholds(emitted: f64, rooms: f64, hierarchy: &Hierarchy, options: &SolveOptions) -> Thresholds {
     let min_size = options.min_size.map_or(1.0 / 32.0, |size| hierarchy.frame.local_length(size));
     Thresholds {
         coarseness: SCHEDULE[0],
-        area: (options.epsilon * SCHEDULE[0]).max(1e-3) * room,
+        area: (options.epsilon * SCHEDULE[0]).max(1e-3) / rooms,
         contrast: f64::INFINITY,
         dark: emitted,
         black: emitted,

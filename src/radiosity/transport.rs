@@ -19,7 +19,7 @@ pub struct Light {
     pub exitance: Vec<Vec3>,
     /// Irradiance of each leaf element; the area average in inner ones, W/m².
     pub irradiance: Vec<Vec3>,
-    /// Largest minus smallest exitance of the leaves below each element, largest channel.
+    /// Largest minus smallest exitance of the leaves below each element, in the channel where that is most.
     pub variation: Vec<f32>,
     /// Intensity of each cluster towards each direction, W/sr in local areas.
     pub intensity: Vec<CosineLobes>,
@@ -184,7 +184,7 @@ impl Light {
     }
 
     /// Share of a source's light that gets through a link. What is seen of the source was perhaps brighter
-    /// than its mean when the link was made, but is never brighter than its brightest part is now.
+    /// than its mean when the link was made; now it is no brighter than its brightest part can be.
     #[inline]
     fn seen(&self, source: u32, link: &Link) -> f32 {
         if link.visibility <= 1.0 {
@@ -312,8 +312,8 @@ struct Block<'a> {
 
 impl Block<'_> {
     /// Pushes irradiance into one element tree and pulls its exitance; returns the smallest and
-    /// largest exitance of its leaves.
-    fn push_pull(&mut self, element: u32, from_above: Vec3, surface: (Vec3, Vec3)) -> (f32, f32) {
+    /// largest exitance of its leaves, by channel.
+    fn push_pull(&mut self, element: u32, from_above: Vec3, surface: (Vec3, Vec3)) -> (Vec3, Vec3) {
         let own = element as usize - self.offset;
         let irradiance = from_above + self.gathered[element as usize];
         let second = self.forest.second[element as usize];
@@ -323,8 +323,7 @@ impl Block<'_> {
             let irradiance = irradiance * (MOST_RETURNED / returned.max(MOST_RETURNED));
             self.irradiance[own] = irradiance;
             self.exitance[own] = emitted + reflectance * irradiance;
-            let exitance = self.exitance[own].max_element();
-            return (exitance, exitance);
+            return (self.exitance[own], self.exitance[own]);
         }
         let (low_a, high_a) = self.push_pull(element + 1, irradiance, surface);
         let (low_b, high_b) = self.push_pull(second, irradiance, surface);
@@ -335,7 +334,7 @@ impl Block<'_> {
         self.irradiance[own] = self.irradiance[b] + (self.irradiance[a] - self.irradiance[b]) * share;
         self.exitance[own] = self.exitance[b] + (self.exitance[a] - self.exitance[b]) * share;
         let (low, high) = (low_a.min(low_b), high_a.max(high_b));
-        self.variation[own] = high - low;
+        self.variation[own] = (high - low).max_element();
         (low, high)
     }
 }
