@@ -59,6 +59,22 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "KIND", help_heading = "View", value_enum, default_value_t = ViewArg::Shaded)]
     pub(super) view: ViewArg,
 
+    #[command(flatten)]
+    pub(super) solution: SolutionArgs,
+    #[command(flatten)]
+    pub(super) machine: MachineArgs,
+
+    /// Write the statistics of the run as JSON
+    #[arg(long, value_name = "FILE", help_heading = "Report")]
+    pub(super) stats: Option<PathBuf>,
+    /// Print nothing but errors
+    #[arg(short, long, help_heading = "Report")]
+    pub(super) quiet: bool,
+}
+
+/// How exact the solution has to be and how visibility is decided.
+#[derive(Debug, Args)]
+pub(super) struct SolutionArgs {
     /// Sets --epsilon, --min-size, --rays, --iterations and --samples, where they are not given, and how
     /// closely shadows are followed
     #[arg(long, value_name = "LEVEL", help_heading = "Solution", value_enum, default_value_t = QualityArg::Normal)]
@@ -70,8 +86,8 @@ pub(super) struct RenderArgs {
     /// Smallest edge of an element in scene units [default: from the size of the rooms, by --quality]
     #[arg(long, value_name = "LENGTH", help_heading = "Solution", value_parser = positive, allow_negative_numbers = true)]
     pub(super) min_size: Option<f64>,
-    /// Visibility rays for a pair of nodes, 1 to 1024 [default: by --quality]; up to 4 times as
-    /// many for what draws a shadow
+    /// Visibility rays for a pair of nodes, 1 to 1024 [default: by --quality]; up to 4 times as many for
+    /// what draws a shadow, and where their answer is believed without a proof
     #[arg(long, value_name = "N", help_heading = "Solution", value_parser = whole(1, 1024), allow_negative_numbers = true)]
     pub(super) rays: Option<u32>,
     /// Most iterations of gathering, 1 to 10000 [default: by --quality]
@@ -86,7 +102,11 @@ pub(super) struct RenderArgs {
     /// Surfaces reflect from their front (counter-clockwise) side only; for closed models
     #[arg(long, help_heading = "Solution")]
     pub(super) one_sided: bool,
+}
 
+/// What the work is done with.
+#[derive(Debug, Args)]
+pub(super) struct MachineArgs {
     /// What casts the rays
     #[arg(long, value_name = "TRACER", help_heading = "Machine", value_enum, default_value_t = TracerArg::Auto)]
     pub(super) tracer: TracerArg,
@@ -96,13 +116,6 @@ pub(super) struct RenderArgs {
     /// Worker threads, 1 to 1024 [default: all cores]
     #[arg(long, value_name = "N", help_heading = "Machine", value_parser = whole(1, 1024), allow_negative_numbers = true)]
     pub(super) threads: Option<u32>,
-
-    /// Write the statistics of the run as JSON
-    #[arg(long, value_name = "FILE", help_heading = "Report")]
-    pub(super) stats: Option<PathBuf>,
-    /// Print nothing but errors
-    #[arg(short, long, help_heading = "Report")]
-    pub(super) quiet: bool,
 }
 
 #[derive(Debug, Args)]

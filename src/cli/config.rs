@@ -2,25 +2,31 @@
 
 use std::path::{Path, PathBuf};
 
-use super::args::{QualityArg, RenderArgs, TracerArg, ViewArg, VisibilityArg};
+use super::args::{MachineArgs, QualityArg, RenderArgs, SolutionArgs, TracerArg, ViewArg, VisibilityArg};
 use super::errors::CliError;
 use crate::image::tone::Exposure;
 use crate::image::write::PictureFormat;
 
-/// Everything a render needs to know.
+/// Everything that is needed to solve a scene, whatever is then done with the solution.
 #[derive(Clone, Debug)]
-pub(super) struct RenderConfig {
+pub(super) struct RunConfig {
     pub(super) scene: PathBuf,
-    pub(super) output: PathBuf,
-    pub(super) format: PictureFormat,
-    pub(super) stats: Option<PathBuf>,
-    pub(super) view: ViewConfig,
     pub(super) solve: SolveConfig,
     pub(super) tracer: TracerArg,
     pub(super) embree_lib: Option<PathBuf>,
     /// Worker threads; all cores when absent.
     pub(super) threads: Option<u32>,
     pub(super) quiet: bool,
+}
+
+/// Everything a render needs to know.
+#[derive(Clone, Debug)]
+pub(super) struct RenderConfig {
+    pub(super) run: RunConfig,
+    pub(super) output: PathBuf,
+    pub(super) format: PictureFormat,
+    pub(super) stats: Option<PathBuf>,
+    pub(super) view: ViewConfig,
 }
 
 /// What is seen, and how.
@@ -77,6 +83,45 @@ impl Preset {
     }
 }
 
+impl RunConfig {
+    /// Fills in the defaults and checks what depends on several options.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`] when options contradict each other. No file is touched.
+    pub(super) fn check(
+        scene: PathBuf,
+        solution: SolutionArgs,
+        machine: MachineArgs,
+        quiet: bool,
+    ) -> Result<Self, CliError> {
+        if solution.certify && solution.visibility == VisibilityArg::Sampled {
+            return usage("--certify needs proofs, and --visibility sampled makes none");
+        }
+        if machine.embree_lib.is_some() && machine.tracer == TracerArg::Fallback {
+            return usage("--embree-lib has no use with --tracer fallback");
+        }
+        let preset = Preset::of(solution.quality);
+        Ok(Self {
+            scene,
+            solve: SolveConfig {
+                epsilon: solution.epsilon.unwrap_or(preset.epsilon),
+                contrast: preset.contrast,
+                min_size: solution.min_size,
+                resolution: preset.resolution,
+                rays: solution.rays.unwrap_or(preset.rays),
+                iterations: solution.iterations.unwrap_or(preset.iterations),
+                strategy: solution.visibility,
+                certify: solution.certify,
+                one_sided: solution.one_sided,
+            },
+            tracer: machine.tracer,
+            embree_lib: machine.embree_lib,
+            threads: machine.threads,
+            quiet,
+        })
+    }
+}
+
 impl RenderConfig {
     /// Fills in the defaults and checks what depends on several options.
     ///
@@ -85,53 +130,33 @@ impl RenderConfig {
     /// extension of the output names no format. No file is touched.
     pub(super) fn check(typed: RenderArgs) -> Result<Self, CliError> {
         let format = PictureFormat::of(&typed.output)?;
-        if typed.certify && typed.visibility == VisibilityArg::Sampled {
-            return usage("--certify needs proofs, and --visibility sampled makes none");
-        }
-        if typed.embree_lib.is_some() && typed.tracer == TracerArg::Fallback {
-            return usage("--embree-lib has no use with --tracer fallback");
-        }
         if format == PictureFormat::Exr && typed.exposure.is_some() {
             return usage("--exposure has no use with .exr, which holds radiance as it is");
         }
-        let files = [Some(&typed.scene), Some(&typed.output), typed.stats.as_ref()];
-        let files: Vec<&PathBuf> = files.into_iter().flatten().collect();
-        for (index, file) in files.iter().enumerate() {
-            if files[..index].iter().any(|other| is_same_file(file, other)) {
-                return usage(&format!("{} is named twice, for two different files", file.display()));
-            }
-        }
-        let preset = Preset::of(typed.quality);
-        Ok(Self {
-            scene: typed.scene,
-            output: typed.output,
-            format,
-            stats: typed.stats,
-            view: ViewConfig {
-                camera: typed.camera,
-                width: typed.width,
-                height: typed.height,
-                samples: typed.samples.unwrap_or(preset.samples),
-                exposure: checked_exposure(typed.exposure)?,
-                kind: typed.view,
-            },
-            solve: SolveConfig {
-                epsilon: typed.epsilon.unwrap_or(preset.epsilon),
-                contrast: preset.contrast,
-                min_size: typed.min_size,
-                resolution: preset.resolution,
-                rays: typed.rays.unwrap_or(preset.rays),
-                iterations: typed.iterations.unwrap_or(preset.iterations),
-                strategy: typed.visibility,
-                certify: typed.certify,
-                one_sided: typed.one_sided,
-            },
-            tracer: typed.tracer,
-            embree_lib: typed.embree_lib,
-            threads: typed.threads,
-            quiet: typed.quiet,
-        })
+        check_distinct(&[Some(&typed.scene), Some(&typed.output), typed.stats.as_ref()])?;
+        let preset = Preset::of(typed.solution.quality);
+        let view = ViewConfig {
+            camera: typed.camera,
+            width: typed.width,
+            height: typed.height,
+            samples: typed.samples.unwrap_or(preset.samples),
+            exposure: checked_exposure(typed.exposure)?,
+            kind: typed.view,
+        };
+        let run = RunConfig::check(typed.scene, typed.solution, typed.machine, typed.quiet)?;
+        Ok(Self { run, output: typed.output, format, stats: typed.stats, view })
     }
+}
+
+/// Files that are read or written must not be the same.
+fn check_distinct(files: &[Option<&PathBuf>]) -> Result<(), CliError> {
+    let files: Vec<&PathBuf> = files.iter().copied().flatten().collect();
+    for (index, file) in files.iter().enumerate() {
+        if files[..index].iter().any(|other| is_same_file(file, other)) {
+            return usage(&format!("{} is named twice, for two different files", file.display()));
+        }
+    }
+    Ok(())
 }
 
 fn usage<T>(message: &str) -> Result<T, CliError> {
@@ -178,10 +203,13 @@ mod tests {
         let draft = check(&["a.png", "--quality", "draft"]).expect("valid");
         let normal = check(&["a.png"]).expect("valid");
         let mixed = check(&["a.png", "--quality", "draft", "--rays", "9"]).expect("valid");
-        assert!(draft.solve.epsilon > normal.solve.epsilon && draft.solve.rays < normal.solve.rays);
+        assert!(
+            draft.run.solve.epsilon > normal.run.solve.epsilon
+                && draft.run.solve.rays < normal.run.solve.rays
+        );
         assert!(draft.view.samples < normal.view.samples);
-        assert_eq!((mixed.solve.rays, mixed.solve.epsilon), (9, draft.solve.epsilon));
-        assert_eq!(normal.solve.strategy, VisibilityArg::Adaptive);
+        assert_eq!((mixed.run.solve.rays, mixed.run.solve.epsilon), (9, draft.run.solve.epsilon));
+        assert_eq!(normal.run.solve.strategy, VisibilityArg::Adaptive);
     }
 
     #[test]

@@ -9,6 +9,7 @@ mod doctor;
 mod errors;
 mod generate;
 mod render;
+mod solved;
 
 use std::ffi::OsString;
 use std::panic::{self, AssertUnwindSafe};

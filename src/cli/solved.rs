@@ -1,0 +1,299 @@
+//! From a scene file to its solution: the steps that every verb which needs one begins with.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use rayon::ThreadPoolBuilder;
+
+use super::args::{TracerArg, VisibilityArg};
+use super::config::{RunConfig, SolveConfig};
+use super::console;
+use super::errors::CliError;
+use crate::hierarchy::Hierarchy;
+use crate::progress::{Progress, Silent, TerminalProgress};
+use crate::radiosity::{self, Link, LinkClass, Solution, SolveOptions};
+use crate::report::memory;
+use crate::report::stats::{EnergyStats, LinkStats, MemoryStats, SceneStats, Stats, VisibilityStats};
+use crate::scene::{self, Scene};
+use crate::tracer::embree::{EmbreeError, EmbreeLibrary, EmbreeOptions, EmbreeTracer};
+use crate::tracer::{FallbackTracer, Tracer};
+use crate::visibility::{Strategy, VisibilityCounters, VisibilityOptions};
+
+/// A solution is said to be unfinished when more than this share of the emitted power still changes.
+const UNSETTLED: f64 = 0.01;
+
+/// Runs `work` with the threads and the progress bar that the configuration asks for.
+///
+/// # Errors
+/// Those of `work`, and [`CliError::Internal`] when the threads cannot be started.
+pub(super) fn in_pool<T: Send>(
+    config: &RunConfig,
+    work: impl FnOnce(&dyn Progress) -> Result<T, CliError> + Send,
+) -> Result<T, CliError> {
+    // 0 means all cores to rayon.
+    let threads = config.threads.unwrap_or(0) as usize;
+    let pool = ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|error| CliError::Internal(format!("cannot start {threads} threads: {error}")))?;
+    if config.quiet {
+        pool.install(|| work(&Silent))
+    } else {
+        pool.install(|| work(&TerminalProgress::new()))
+    }
+}
+
+/// A scene as it was loaded, and what will trace it.
+pub(super) struct Loaded {
+    pub(super) scene: Scene,
+    embree: Option<Arc<EmbreeLibrary>>,
+    stats: Stats,
+    clock: Clock,
+}
+
+/// A scene with its light.
+pub(super) struct Solved {
+    pub(super) scene: Scene,
+    pub(super) hierarchy: Hierarchy,
+    pub(super) tracer: Box<dyn Tracer>,
+    pub(super) solution: Solution,
+    /// Filled in but for the time of what is done with the solution.
+    pub(super) stats: Stats,
+    pub(super) clock: Clock,
+}
+
+impl Loaded {
+    /// Finds Embree and reads the scene; warnings go to standard error.
+    ///
+    /// # Errors
+    /// What is wrong with the scene, or Embree when it is demanded and not usable.
+    pub(super) fn load(config: &RunConfig) -> Result<Loaded, CliError> {
+        let mut stats = Stats { threads: rayon::current_num_threads(), ..Stats::default() };
+        let mut clock = Clock::start();
+        let embree = find_embree(config)?;
+        stats.seconds.build = clock.lap();
+        let scene = scene::load(&config.scene, &scene::LoadOptions::default()).map_err(scene_failure)?;
+        if !config.quiet {
+            scene.warnings.iter().for_each(|warning| console::warning(warning));
+        }
+        stats.seconds.load = clock.lap();
+        Ok(Loaded { scene, embree, stats, clock })
+    }
+
+    /// Builds the hierarchy and the tracer, and solves.
+    ///
+    /// # Errors
+    /// Embree when it is demanded and not usable.
+    pub(super) fn solve(self, config: &RunConfig, progress: &dyn Progress) -> Result<Solved, CliError> {
+        let Loaded { scene, embree, mut stats, mut clock } = self;
+        let hierarchy = Hierarchy::build(&scene, config.solve.one_sided);
+        let tracer = build_tracer(config, embree, &hierarchy, &mut stats)?;
+        stats.seconds.build += clock.lap();
+
+        let options = solve_options(&config.solve);
+        let square_meters = hierarchy.square_meters_per_unit(scene.meters_per_unit);
+        let solution = radiosity::solve(&hierarchy, tracer.as_ref(), &options, square_meters, progress);
+        clock.lap();
+        if !config.quiet {
+            warn_if_unfinished(&solution, &options);
+        }
+        fill_stats(&mut stats, config, &scene, &hierarchy, &solution);
+        Ok(Solved { scene, hierarchy, tracer, solution, stats, clock })
+    }
+}
+
+/// Says so when the iterations ran out before the light had settled.
+fn warn_if_unfinished(solution: &Solution, options: &SolveOptions) {
+    let (changing, emitted) = (solution.energy.error, solution.energy.emitted);
+    if solution.iterations >= options.iterations && changing > UNSETTLED * emitted {
+        console::warning(&format!(
+            "stopped after {} iterations while {:.1} % of the emitted power still changes; raise --iterations",
+            solution.iterations,
+            100.0 * changing / emitted
+        ));
+    }
+}
+
+/// The Embree to use, looked for before the long run starts; absent when the fallback is asked for, or
+/// when none is usable and `auto` lets the fallback take its place.
+fn find_embree(config: &RunConfig) -> Result<Option<Arc<EmbreeLibrary>>, CliError> {
+    if config.tracer == TracerArg::Fallback {
+        return Ok(None);
+    }
+    match EmbreeLibrary::find(config.embree_lib.as_deref()) {
+        Ok(library) => Ok(Some(library)),
+        Err(reason) => without_embree(config, &reason).map(|()| None),
+    }
+}
+
+/// The tracer over the mesh, Embree's when there is a library.
+fn build_tracer(
+    config: &RunConfig,
+    library: Option<Arc<EmbreeLibrary>>,
+    hierarchy: &Hierarchy,
+    stats: &mut Stats,
+) -> Result<Box<dyn Tracer>, CliError> {
+    let mut tracer: Option<Box<dyn Tracer>> = None;
+    if let Some(library) = library {
+        let options = EmbreeOptions { threads: stats.threads, ..EmbreeOptions::default() };
+        match EmbreeTracer::new(&library, &hierarchy.mesh, options) {
+            Ok(embree) => {
+                if !config.quiet {
+                    console::note(&format!("{library}\n"));
+                }
+                stats.embree_version = Some(library.version().to_string());
+                tracer = Some(Box::new(embree));
+            }
+            Err(reason) => without_embree(config, &reason)?,
+        }
+    }
+    let tracer = tracer.unwrap_or_else(|| Box::new(FallbackTracer::new(&hierarchy.mesh)));
+    stats.tracer = tracer.name().to_owned();
+    Ok(tracer)
+}
+
+/// Embree cannot be used: an error when it is demanded, one warning when it is not.
+fn without_embree(config: &RunConfig, reason: &EmbreeError) -> Result<(), CliError> {
+    let what = format!("Embree is not usable: {}", reason.summary());
+    if config.tracer == TracerArg::Embree {
+        return Err(CliError::Embree(format!(
+            "{what}; see `lightshaft doctor`, or leave out --tracer embree"
+        )));
+    }
+    if !config.quiet {
+        console::warning(&format!("{what}; using the slower pure-Rust tracer, see `lightshaft doctor`"));
+    }
+    Ok(())
+}
+
+fn solve_options(config: &SolveConfig) -> SolveOptions {
+    SolveOptions {
+        epsilon: config.epsilon,
+        contrast: config.contrast,
+        min_size: config.min_size,
+        resolution: config.resolution,
+        iterations: config.iterations,
+        visibility: VisibilityOptions {
+            strategy: strategy(config),
+            rays: config.rays,
+            certify: config.certify,
+        },
+    }
+}
+
+fn strategy(config: &SolveConfig) -> Strategy {
+    match config.strategy {
+        VisibilityArg::All => Strategy::All,
+        VisibilityArg::Root => Strategy::Root,
+        VisibilityArg::Shaft => Strategy::Shaft,
+        VisibilityArg::Adaptive => Strategy::Adaptive,
+        VisibilityArg::Sampled => Strategy::Sampled,
+    }
+}
+
+/// Copies what the rooms counted into the record.
+fn fill_stats(
+    stats: &mut Stats,
+    config: &RunConfig,
+    scene: &Scene,
+    hierarchy: &Hierarchy,
+    solution: &Solution,
+) {
+    stats.strategy = strategy(&config.solve).name().to_owned();
+    stats.scene = SceneStats {
+        triangles_initial: scene.counts.triangles_initial,
+        triangles_final: solution.triangle_count(hierarchy),
+        patches: solution.forest.side_count() as u64,
+        elements: solution.forest.len() as u64,
+        clusters: hierarchy.cluster_count() as u64,
+        facets: hierarchy.facets.len() as u64,
+        materials: scene.materials.len() as u64,
+        dropped_degenerate: scene.counts.dropped_degenerate,
+        dropped_duplicate: scene.counts.dropped_duplicate,
+    };
+    stats.links = link_stats(solution);
+    stats.visibility = visibility_stats(&solution.counters.visibility);
+    stats.energy = EnergyStats {
+        emitted_w: solution.energy.emitted,
+        absorbed_w: solution.energy.absorbed,
+        escaped_w: solution.energy.escaped,
+        balance_error: solution.energy.balance_error(),
+    };
+    stats.iterations = solution.iterations;
+    stats.energy_error_w = solution.energy.error;
+    stats.memory = MemoryStats {
+        peak_rss_bytes: memory::peak_rss_bytes(),
+        links_bytes: solution.links.bytes(),
+        elements_bytes: solution.elements_bytes(),
+    };
+    stats.seconds.refine = solution.refine_seconds;
+    stats.seconds.solve = solution.solve_seconds;
+}
+
+fn link_stats(solution: &Solution) -> LinkStats {
+    let links = &solution.links.links;
+    let count = |test: fn(&Link) -> bool| links.iter().filter(|l| test(l)).count() as u64;
+    let invisible = solution.counters.invisible;
+    LinkStats {
+        total: links.len() as u64 + invisible,
+        visible: count(|l| l.class != LinkClass::Partial),
+        invisible,
+        partial: count(|l| l.class == LinkClass::Partial),
+        certified_visible: count(|l| l.class == LinkClass::CertifiedVisible),
+        certified_invisible: solution.counters.certified_invisible,
+        inherited: count(|l| l.inherited),
+    }
+}
+
+fn visibility_stats(counters: &VisibilityCounters) -> VisibilityStats {
+    VisibilityStats {
+        pairs_tested: counters.pairs_tested,
+        shafts_built: counters.shafts_built,
+        nodes_tested: counters.nodes_tested,
+        empty_shafts: counters.empty_shafts,
+        single_blockers: counters.single_blockers,
+        rays_cast: counters.rays_cast,
+        rays_avoided: counters.rays_avoided,
+        filter_calls: counters.filter_calls,
+        filter_rejects: counters.filter_rejects,
+        culling_anomalies: counters.culling_anomalies,
+        candidates_mean: counters.candidates as f64 / (counters.filled_shafts as f64).max(1.0),
+        seconds: counters.nanoseconds as f64 * 1e-9,
+    }
+}
+
+/// What a scene error means for the caller.
+fn scene_failure(error: scene::SceneError) -> CliError {
+    let message = error.to_string();
+    match error.kind() {
+        scene::SceneErrorKind::Io => CliError::Unreadable(message),
+        scene::SceneErrorKind::Parse => CliError::Malformed(message),
+        scene::SceneErrorKind::Invalid => CliError::InvalidScene(message),
+    }
+}
+
+/// Wall-clock seconds of one phase after another.
+pub(super) struct Clock {
+    started: Instant,
+    lap_started: Instant,
+}
+
+impl Clock {
+    fn start() -> Self {
+        let now = Instant::now();
+        Self { started: now, lap_started: now }
+    }
+
+    /// Seconds since the last lap.
+    pub(super) fn lap(&mut self) -> f64 {
+        let now = Instant::now();
+        let seconds = (now - self.lap_started).as_secs_f64();
+        self.lap_started = now;
+        seconds
+    }
+
+    /// Seconds since the start.
+    pub(super) fn total(&self) -> f64 {
+        self.started.elapsed().as_secs_f64()
+    }
+}
