@@ -5,16 +5,19 @@
 //! Data flows one way through the rooms below; a room uses only the rooms above it:
 //!
 //! ```text
-//! progress → math → scene → hierarchy → shaft → tracer → visibility → radiosity → image → report
-//!     → cli
+//! progress → math → scene → hierarchy → shaft → tracer → visibility → radiosity → gather → image
+//!     → probe → check → report → cli
 //! ```
 
 pub mod progress;
 
+pub mod check;
 pub mod cli;
+pub mod gather;
 pub mod hierarchy;
 pub mod image;
 pub mod math;
+pub mod probe;
 pub mod radiosity;
 pub mod report;
 pub mod scene;

@@ -21,6 +21,9 @@ pub(super) enum Verb {
     /// Solve a scene and render a picture of it
     #[command(after_help = exit_codes_help())]
     Render(Box<RenderArgs>),
+    /// Solve a scene and print the irradiance at points of it
+    #[command(after_help = exit_codes_help())]
+    Probe(Box<ProbeArgs>),
     /// Say which Embree is used, where it is and whether it works
     ///
     /// The exit code is 7 when Embree is not usable; rendering then uses the pure-Rust tracer.
@@ -67,6 +70,30 @@ pub(super) struct RenderArgs {
     /// Write the statistics of the run as JSON
     #[arg(long, value_name = "FILE", help_heading = "Report")]
     pub(super) stats: Option<PathBuf>,
+    /// Print nothing but errors
+    #[arg(short, long, help_heading = "Report")]
+    pub(super) quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ProbeArgs {
+    /// Scene description (.toml) or a bare mesh (.obj)
+    #[arg(value_name = "SCENE")]
+    pub(super) scene: PathBuf,
+    /// Points to probe: a text file with one `x y z nx ny nz` a line, in scene units; `#` begins a comment
+    #[arg(long, value_name = "FILE")]
+    pub(super) points: PathBuf,
+    /// Reference values
+    #[arg(long, value_name = "FILE")]
+    pub(super) reference: Option<PathBuf>,
+    /// Rays for a point
+    #[arg(long, value_name = "N", default_value_t = 4096)]
+    pub(super) samples: u32,
+
+    #[command(flatten)]
+    pub(super) solution: SolutionArgs,
+    #[command(flatten)]
+    pub(super) machine: MachineArgs,
     /// Print nothing but errors
     #[arg(short, long, help_heading = "Report")]
     pub(super) quiet: bool,

@@ -8,6 +8,7 @@ mod console;
 mod doctor;
 mod errors;
 mod generate;
+mod probe;
 mod render;
 mod solved;
 
@@ -40,6 +41,7 @@ fn run(typed: impl Iterator<Item = OsString>) -> ExitKind {
     };
     let result = match arguments.verb {
         Verb::Render(typed) => config::RenderConfig::check(*typed).and_then(|config| render::run(&config)),
+        Verb::Probe(typed) => probe::run(*typed),
         Verb::Doctor(typed) => doctor::run(&typed),
         Verb::Generate(typed) => generate::run(&typed.what),
     };

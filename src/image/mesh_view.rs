@@ -1,6 +1,6 @@
 //! The picture of the mesh: element edges, and colours for the classes of links.
 
-use super::reconstruct::Spot;
+use crate::gather::Spot;
 use crate::hierarchy::Hierarchy;
 use crate::radiosity::Solution;
 use glam::{DVec3, Vec3};

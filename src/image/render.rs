@@ -3,7 +3,7 @@
 use super::camera::Lens;
 use super::mesh_view::MeshView;
 use super::picture::Picture;
-use super::reconstruct::Reconstruction;
+use crate::gather::Reconstruction;
 use crate::hierarchy::{Hierarchy, Side};
 use crate::progress::Progress;
 use crate::radiosity::Solution;

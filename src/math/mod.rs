@@ -12,5 +12,5 @@ pub use bounds::Aabb;
 pub use clip::Clip;
 pub use plane::Plane;
 pub use polygon::{MAX_VERTICES, Polygon, PolygonSampler};
-pub use sequence::{PairSequence, hash_pair};
+pub use sequence::{PairSequence, cosine_direction, hash_pair};
 pub use spherical::CosineLobes;

@@ -4,6 +4,9 @@
 //! both nodes evenly for any number of points; a hash of the pair shifts it, so that neighbouring
 //! pairs do not share their error. Nothing depends on time, threads or the tracer.
 
+use glam::{DVec3, Vec3};
+use std::f64::consts::TAU;
+
 /// 1/g, 1/g², … for the root g of x⁵ = x + 1.
 const ALPHA: [f64; 4] = [0.8566748838545029, 0.733891856627126, 0.6287067210378086, 0.53859725722361];
 
@@ -42,6 +45,14 @@ impl PairSequence {
             x - x.floor()
         })
     }
+}
+
+/// A direction about `normal` with probability proportional to its cosine, for a point of the unit square.
+pub fn cosine_direction(normal: DVec3, s: f64, t: f64) -> Vec3 {
+    let (x, y) = normal.any_orthonormal_pair();
+    let (sin, cos) = (s * TAU).sin_cos();
+    let radius = t.sqrt();
+    (x * (radius * cos) + y * (radius * sin) + normal * (1.0 - t).sqrt()).as_vec3()
 }
 
 #[cfg(test)]

@@ -31,6 +31,11 @@ impl CosineLobes {
 
     /// The sum at unit direction `x`, never negative.
     pub fn evaluate(&self, x: Vec3) -> Vec3 {
+        self.evaluate_signed(x).max(Vec3::ZERO)
+    }
+
+    /// S.
+    pub fn evaluate_signed(&self, x: Vec3) -> Vec3 {
         let y = basis(x);
         let band: [f32; 9] = std::array::from_fn(|i| match i {
             0 => std::f32::consts::PI,
@@ -41,7 +46,7 @@ impl CosineLobes {
         for i in 0..9 {
             sum += self.coefficients[i] * (y[i] * band[i]);
         }
-        sum.max(Vec3::ZERO)
+        sum
     }
 
     /// Mean over all directions.

@@ -4,11 +4,10 @@
 use super::forest::Forest;
 use super::transport::Light;
 use crate::hierarchy::{Hierarchy, Side};
-use crate::math::PairSequence;
+use crate::math::{PairSequence, cosine_direction};
 use crate::tracer::{PACKET, Ray, Tracer};
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use rayon::prelude::*;
-use std::f64::consts::TAU;
 
 /// Rays, each standing for the same power: the answer is good to about a quarter of a per cent.
 const RAYS: u32 = 1 << 17;
@@ -127,12 +126,4 @@ fn rooms(landings: &[Landing], wall: f32) -> f64 {
 /// To the nearest quarter of a power of two, so that two tracers that round differently refine alike.
 fn rounded(x: f64) -> f64 {
     ((4.0 * x.log2()).round() / 4.0).exp2()
-}
-
-/// A direction about `normal` with probability proportional to its cosine.
-fn cosine_direction(normal: DVec3, s: f64, t: f64) -> Vec3 {
-    let (x, y) = normal.any_orthonormal_pair();
-    let (sin, cos) = (s * TAU).sin_cos();
-    let radius = t.sqrt();
-    (x * (radius * cos) + y * (radius * sin) + normal * (1.0 - t).sqrt()).as_vec3()
 }

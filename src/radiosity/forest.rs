@@ -2,7 +2,7 @@
 
 use crate::hierarchy::{ElementTree, Hierarchy, Side};
 use crate::math::{Plane, Polygon, hash_pair};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use std::sync::atomic::AtomicU32;
 
 /// Element trees of all sides, and their numbering.
@@ -133,6 +133,18 @@ impl Forest {
             piece = if element < second { a } else { b };
         }
         piece
+    }
+
+    /// The leaf element at a point on a side; `None` for a side that takes no part.
+    pub fn leaf_at(&self, hierarchy: &Hierarchy, side: Side, point: DVec3) -> Option<Piece<'_>> {
+        let mut piece = self.root(hierarchy, self.side_index(side)?);
+        let normal = piece.plane.normal;
+        while self.second[piece.id() as usize] != 0 {
+            let [a, b] = piece.halves(self);
+            let halves = [a.polygon, b.polygon];
+            piece = if Polygon::is_in_first_half(&halves, point, normal) { a } else { b };
+        }
+        Some(piece)
     }
 
     /// Numbers all elements anew in depth-first order; returns, for each old id, the new one.

@@ -15,6 +15,8 @@ mod shading;
 mod solve;
 mod transport;
 
+pub use transport::direction;
+
 pub use forest::{Forest, Piece};
 pub use form_factor::PolygonSource;
 pub use links::{Link, LinkClass, LinkSet};

@@ -167,7 +167,7 @@ impl Light {
 
     /// Irradiance one link brings, across the direction of the light when the receiver is a cluster.
     #[inline]
-    pub(super) fn carried(&self, hierarchy: &Hierarchy, forest: &Forest, link: &Link) -> Vec3 {
+    pub fn carried(&self, hierarchy: &Hierarchy, forest: &Forest, link: &Link) -> Vec3 {
         if link.class == LinkClass::Untested {
             return Vec3::ZERO;
         }
@@ -287,7 +287,7 @@ impl Light {
 }
 
 /// Unit direction from the receiver's centre to the source's; zero when they coincide.
-pub(super) fn direction(hierarchy: &Hierarchy, forest: &Forest, link: &Link) -> Vec3 {
+pub fn direction(hierarchy: &Hierarchy, forest: &Forest, link: &Link) -> Vec3 {
     let clusters = hierarchy.nodes.len() as u32;
     let center = |id: u32| {
         if id < clusters {

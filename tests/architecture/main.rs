@@ -9,7 +9,7 @@ use std::path::Path;
 use code::{Use, blank_out, crate_uses, has_word};
 
 /// The rooms in their order; a room uses only those before it.
-const ROOMS: [&str; 11] = [
+const ROOMS: [&str; 14] = [
     "progress",
     "math",
     "scene",
@@ -18,7 +18,10 @@ const ROOMS: [&str; 11] = [
     "tracer",
     "visibility",
     "radiosity",
+    "gather",
     "image",
+    "probe",
+    "check",
     "report",
     "cli",
 ];

@@ -61,13 +61,8 @@ impl<'a> Reconstruction<'a> {
     pub fn look_up(&self, side: Side, point: DVec3) -> Option<Spot> {
         let forest = &self.solution.forest;
         let index = forest.side_index(side)?;
-        let mut piece = forest.root(self.hierarchy, index);
+        let piece = forest.leaf_at(self.hierarchy, side, point)?;
         let normal = piece.plane.normal;
-        while forest.second[piece.id() as usize] != 0 {
-            let [a, b] = piece.halves(forest);
-            let halves = [a.polygon, b.polygon];
-            piece = if Polygon::is_in_first_half(&halves, point, normal) { a } else { b };
-        }
         let mesh = self.sides[index].get_or_init(|| self.mesh_of(index));
         let local = (piece.id() - forest.first_element[index]) as usize;
         let corners = mesh.first[local] as usize..mesh.first[local + 1] as usize;

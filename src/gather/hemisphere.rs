@@ -1,0 +1,48 @@
+//! Light by way of other surfaces: rays over the hemisphere of a point find what it sees, and the
+//! solution says how bright that is.
+
+use super::direct::Spotlit;
+use crate::hierarchy::{Hierarchy, Side};
+use crate::math::{PairSequence, cosine_direction};
+use crate::radiosity::Solution;
+use crate::tracer::{PACKET, Ray, Tracer};
+use glam::{DVec3, Vec3};
+
+/// Irradiance at a point by reflection from everything it sees: the mean exitance, own emission left out,
+/// over `samples` directions distributed like the cosine.
+pub(super) fn reflected(
+    hierarchy: &Hierarchy,
+    solution: &Solution,
+    tracer: &dyn Tracer,
+    at: Spotlit,
+    samples: u32,
+    sequence: &PairSequence,
+) -> DVec3 {
+    let origin = at.point.as_vec3();
+    let mut sum = DVec3::ZERO;
+    for first in (0..samples).step_by(PACKET) {
+        let count = (samples - first).min(PACKET as u32) as usize;
+        let rays: [Ray; PACKET] = std::array::from_fn(|i| {
+            let [_, _, s, t] = sequence.point(first + i as u32);
+            Ray { origin, direction: cosine_direction(at.normal, s, t) }
+        });
+        let mut hits = [None; PACKET];
+        tracer.first_hits(&rays[..count], &mut hits[..count]);
+        for (ray, hit) in rays.iter().zip(hits.iter().take(count)) {
+            let Some(hit) = hit else { continue };
+            let direction = ray.direction.as_dvec3();
+            let back = hierarchy.facets[hit.facet as usize].plane.normal.dot(direction) > 0.0;
+            let point = origin.as_dvec3() + direction * hit.t as f64;
+            let reflectance = Vec3::from(hierarchy.material(hit.facet).reflectance);
+            let side = Side { facet: hit.facet, back };
+            let irradiance = solution
+                .forest
+                .leaf_at(hierarchy, side, point)
+                .map(|leaf| solution.light.irradiance[leaf.id() as usize]);
+            if let Some(irradiance) = irradiance {
+                sum += (reflectance * irradiance).as_dvec3();
+            }
+        }
+    }
+    sum / samples.max(1) as f64
+}

@@ -1,0 +1,11 @@
+//! Light at any point, from a solution: interpolated over the elements, or gathered anew at the point
+//! itself. \[CW93\]
+
+mod direct;
+mod hemisphere;
+mod interpolate;
+mod point;
+mod reconstruct;
+
+pub use point::{Gatherer, Irradiance, lift};
+pub use reconstruct::{Reconstruction, Spot};

@@ -1,0 +1,120 @@
+//! Irradiance at a point: straight from the emitters, and by way of other surfaces.
+
+use super::direct::{Emitter, Spotlit, direct, emitters};
+use super::hemisphere::reflected;
+use super::reconstruct::Reconstruction;
+use crate::hierarchy::{Hierarchy, NodeKind, Side, TOLERANCE};
+use crate::math::{PairSequence, hash_pair};
+use crate::radiosity::Solution;
+use crate::tracer::{NO_FACET, Tracer};
+use glam::DVec3;
+
+/// A point this near to a facet lies on it, local length: the digits of a text file.
+const NEAR: f64 = 2e-5;
+
+/// The normal of a point on a facet is no further from the facet's than this, as a cosine.
+const ALIGNED: f64 = 0.95;
+
+/// How far above its facet a point is taken to be, local length.
+const LIFT: f64 = 5.0 * TOLERANCE;
+
+/// The point just above the surface it lies on, local coordinates.
+pub fn lift(point: DVec3, normal: DVec3) -> DVec3 {
+    point + normal * LIFT
+}
+
+/// Irradiance at a point, W/m², linear RGB.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Irradiance {
+    /// All light.
+    pub total: DVec3,
+    /// Straight from emitters.
+    pub direct: DVec3,
+}
+
+/// Gathers light at points.
+pub struct Gatherer<'a> {
+    hierarchy: &'a Hierarchy,
+    tracer: &'a dyn Tracer,
+    solution: &'a Solution,
+    surfaces: Reconstruction<'a>,
+    emitters: Vec<Emitter>,
+    samples: u32,
+}
+
+impl<'a> Gatherer<'a> {
+    /// Gathers with about `samples` rays for the light of the emitters and as many for what is reflected.
+    pub fn new(
+        hierarchy: &'a Hierarchy,
+        tracer: &'a dyn Tracer,
+        solution: &'a Solution,
+        samples: u32,
+    ) -> Gatherer<'a> {
+        let surfaces = Reconstruction::new(hierarchy, solution);
+        Gatherer { hierarchy, tracer, solution, surfaces, emitters: emitters(hierarchy), samples }
+    }
+
+    /// Irradiance at `point` on a surface with unit `normal`, in scene coordinates; `seed` shifts the
+    /// samples.
+    pub fn irradiance(&self, point: DVec3, normal: DVec3, seed: u64) -> Irradiance {
+        let point = self.hierarchy.frame.local_from_scene(point).as_dvec3();
+        let at = self.placed(point, normal);
+        let sequence = PairSequence::new(hash_pair(seed, 0x70_72_6f_62_65));
+        let direct = direct(&self.emitters, self.tracer, at, self.samples, &sequence);
+        let reflected = reflected(self.hierarchy, self.solution, self.tracer, at, self.samples, &sequence);
+        Irradiance { total: direct + reflected, direct }
+    }
+
+    /// Leaf.
+    pub fn leaf(&self, point: DVec3, normal: DVec3) -> Option<u32> {
+        let point = self.hierarchy.frame.local_from_scene(point).as_dvec3();
+        let side = self.side_at(point, normal)?;
+        self.solution.forest.leaf_at(self.hierarchy, side, point).map(|l| l.id())
+    }
+
+    /// Interpolated.
+    pub fn interpolated(&self, point: DVec3, normal: DVec3) -> DVec3 {
+        let point = self.hierarchy.frame.local_from_scene(point).as_dvec3();
+        let Some(side) = self.side_at(point, normal) else { return DVec3::ZERO };
+        self.surfaces.look_up(side, point).map_or(DVec3::ZERO, |s| s.irradiance.as_dvec3())
+    }
+
+    /// A point on a facet is put just above it.
+    fn placed(&self, point: DVec3, normal: DVec3) -> Spotlit {
+        match self.side_at(point, normal) {
+            Some(Side { facet, back }) => {
+                let plane = self.hierarchy.facets[facet as usize].plane;
+                let plane = if back { plane.flipped() } else { plane };
+                Spotlit { point: point + plane.normal * (LIFT - plane.distance(point)), normal, facet }
+            }
+            None => Spotlit { point, normal, facet: NO_FACET },
+        }
+    }
+
+    /// The side that a point with this normal lies on.
+    fn side_at(&self, point: DVec3, normal: DVec3) -> Option<Side> {
+        let mut best: Option<(f64, Side)> = None;
+        let mut stack = vec![0u32];
+        while let Some(index) = stack.pop() {
+            let node = &self.hierarchy.nodes[index as usize];
+            if !node.bounds.contains(point, NEAR) {
+                continue;
+            }
+            match node.kind(index) {
+                NodeKind::Cluster(children) => stack.extend(children),
+                NodeKind::Leaf(facet) => {
+                    let plane = self.hierarchy.facets[facet as usize].plane;
+                    let polygon = self.hierarchy.polygon(facet);
+                    let off = plane.distance(point).abs();
+                    let out = polygon.outside_distance(point, plane.normal);
+                    let cosine = plane.normal.dot(normal);
+                    let distance = off.max(out);
+                    if distance <= NEAR && cosine.abs() > ALIGNED && best.is_none_or(|(d, _)| distance < d) {
+                        best = Some((distance, Side { facet, back: cosine < 0.0 }));
+                    }
+                }
+            }
+        }
+        best.map(|(_, side)| side)
+    }
+}
