@@ -44,6 +44,7 @@ pub struct Reconstruction<'a> {
 
 /// A leaf element close to another.
 struct Neighbour {
+    facet: u32,
     polygon: Polygon,
     center: DVec3,
     normal: DVec3,
@@ -99,6 +100,9 @@ impl<'a> Reconstruction<'a> {
     fn corner_value(&self, corner: DVec3, piece: &Piece<'_>, near: &[Neighbour]) -> Vec3 {
         let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
         for other in near {
+            if other.facet == piece.side.facet && self.is_parted(piece, other) {
+                continue;
+            }
             let off_plane = (corner - other.center).dot(other.normal).abs();
             if off_plane <= SAME_POINT && other.polygon.outside_distance(corner, other.normal) <= SAME_POINT {
                 let weight = (1.0 / other.center.distance(corner).max(SAME_POINT)) as f32;
@@ -107,6 +111,15 @@ impl<'a> Reconstruction<'a> {
             }
         }
         if weights > 0.0 { sum / weights } else { self.solution.light.irradiance[piece.id() as usize] }
+    }
+
+    /// Whether something stands on the facet between two of its elements.
+    fn is_parted(&self, piece: &Piece<'_>, other: &Neighbour) -> bool {
+        let (from, to, normal) = (piece.polygon.center(), other.center, piece.plane.normal);
+        let side = |a: DVec3, b: DVec3, point: DVec3| (b - a).cross(point - a).dot(normal) > 0.0;
+        self.hierarchy.contacts.on(piece.side.facet).iter().any(|&[a, b]| {
+            side(a, b, from) != side(a, b, to) && side(from, to, a) != side(from, to, b)
+        })
     }
 
     /// All leaf elements that touch the box of `piece` and continue its surface, itself included.
@@ -145,6 +158,7 @@ impl<'a> Reconstruction<'a> {
                 stack.push(a);
             } else {
                 near.push(Neighbour {
+                    facet: piece.side.facet,
                     center: piece.polygon.center(),
                     normal: piece.plane.normal,
                     irradiance: self.solution.light.irradiance[piece.id() as usize],

@@ -2,12 +2,15 @@
 //! are gathered into clusters, and both are numbered in depth-first order, so that **every node is
 //! one interval of facet ids**. Below the facets hang the trees of elements. \[GH96\]
 
+mod contacts;
 mod elements;
 mod facets;
 mod frame;
 mod mesh;
 mod tree;
 
+pub(crate) use contacts::dividing;
+pub use contacts::{Contact, Contacts};
 pub use elements::{ElementTree, Side};
 pub use facets::Facet;
 pub use frame::Frame;
@@ -36,6 +39,8 @@ pub struct Hierarchy {
     pub nodes: Vec<Node>,
     /// Materials of the scene.
     pub materials: Vec<Material>,
+    /// Where other surfaces stand on large facets.
+    pub contacts: Contacts,
     /// Whether surfaces reflect on their front side only.
     pub one_sided: bool,
     /// First node of each facet's leaf.
@@ -90,10 +95,12 @@ impl Hierarchy {
             corners,
             nodes,
             materials: scene.materials.clone(),
+            contacts: Contacts::default(),
             one_sided,
             leaf_of_facet,
         };
         hierarchy.measure_nodes();
+        hierarchy.contacts = Contacts::of(&hierarchy);
         hierarchy
     }
 

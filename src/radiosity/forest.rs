@@ -1,5 +1,6 @@
 //! All elements: a tree for each side of each facet, numbered in depth-first order.
 
+use super::cuts::{Cuts, Division, NO_CUT};
 use crate::hierarchy::{ElementTree, Hierarchy, Side};
 use crate::math::{Plane, Polygon, hash_pair};
 use glam::{DVec3, Vec3};
@@ -13,6 +14,7 @@ use std::sync::atomic::AtomicU32;
 pub struct Forest {
     sides_per_facet: u32,
     trees: Vec<ElementTree>,
+    cuts: Cuts,
     /// First element of each side, with the total number at the end.
     pub first_element: Vec<u32>,
     /// Second half of each element, 0 for a leaf.
@@ -37,21 +39,28 @@ pub struct Piece<'a> {
     pub side: Side,
     /// Names the piece by its way from the root, whatever its id is at the moment.
     pub key: u64,
+    /// How it is divided.
+    pub(super) cut: u32,
 }
 
 impl<'a> Piece<'a> {
     /// Both halves; splits the tree if need be.
     pub fn halves(&self, forest: &'a Forest) -> [Piece<'a>; 2] {
         let trees = self.tree.split(&forest.next_id);
-        let [a, b] = self.polygon.bisect();
-        let piece = |half: usize, polygon| Piece {
+        let division = self.division(forest);
+        [0, 1].map(|half| Piece {
             tree: &trees[half],
-            polygon,
+            polygon: division.parts[half],
             plane: self.plane,
             side: self.side,
             key: hash_pair(self.key, half as u64 + 1),
-        };
-        [piece(0, a), piece(1, b)]
+            cut: division.cuts[half],
+        })
+    }
+
+    /// The outlines of both halves.
+    pub fn division(&self, forest: &Forest) -> Division {
+        forest.divide(&self.polygon, self.cut)
     }
 
     /// The id of the element at this moment.
@@ -61,20 +70,34 @@ impl<'a> Piece<'a> {
 }
 
 impl Forest {
-    /// One undivided element for each side.
+    /// One element for each side, or as many as the lines where other surfaces stand on it make.
     pub fn new(hierarchy: &Hierarchy) -> Forest {
         let count = hierarchy.facets.len() as u32 * hierarchy.sides();
         let mut forest = Forest {
             sides_per_facet: hierarchy.sides(),
             trees: (0..count).map(ElementTree::new).collect(),
+            cuts: Cuts::of(hierarchy),
             first_element: Vec::new(),
             second: Vec::new(),
             area: Vec::new(),
             center: Vec::new(),
             next_id: AtomicU32::new(count),
         };
+        for side in 0..forest.trees.len() {
+            let mut stack = vec![forest.root(hierarchy, side)];
+            while let Some(piece) = stack.pop() {
+                if piece.cut != NO_CUT {
+                    stack.extend(piece.halves(&forest));
+                }
+            }
+        }
         forest.renumber(hierarchy);
         forest
+    }
+
+    /// Divides an outline by one of its cuts.
+    pub fn divide(&self, polygon: &Polygon, cut: u32) -> Division {
+        self.cuts.divide(polygon, cut)
     }
 
     /// Number of elements at the last numbering.
@@ -116,7 +139,8 @@ impl Forest {
         let (polygon, plane) = (hierarchy.polygon(side.facet), hierarchy.facets[side.facet as usize].plane);
         let (polygon, plane) =
             if side.back { (polygon.flipped(), plane.flipped()) } else { (polygon, plane) };
-        Piece { tree: &self.trees[index], polygon, plane, side, key: hash_pair(index as u64, 0) }
+        let cut = self.cuts.first(side.facet);
+        Piece { tree: &self.trees[index], polygon, plane, side, key: hash_pair(index as u64, 0), cut }
     }
 
     /// The number of the side an element belongs to.
@@ -140,9 +164,9 @@ impl Forest {
         let mut piece = self.root(hierarchy, self.side_index(side)?);
         let normal = piece.plane.normal;
         while self.second[piece.id() as usize] != 0 {
+            let is_first = piece.division(self).is_in_first(point, normal);
             let [a, b] = piece.halves(self);
-            let halves = [a.polygon, b.polygon];
-            piece = if Polygon::is_in_first_half(&halves, point, normal) { a } else { b };
+            piece = if is_first { a } else { b };
         }
         Some(piece)
     }
@@ -160,8 +184,8 @@ impl Forest {
         let mut stack = Vec::new();
         for (index, tree) in self.trees.iter().enumerate() {
             first_element.push(second.len() as u32);
-            stack.push((tree, self.root(hierarchy, index).polygon, None));
-            while let Some((tree, polygon, parent)) = stack.pop() {
+            stack.push((tree, self.root(hierarchy, index).polygon, self.cuts.first(self.side(index).facet), None));
+            while let Some((tree, polygon, cut, parent)) = stack.pop() {
                 let id = second.len() as u32;
                 if let Some(parent) = parent {
                     second[parent as usize] = id;
@@ -172,9 +196,9 @@ impl Forest {
                 area.push(polygon.area() as f32);
                 center.push(polygon.center().as_vec3());
                 if let Some([a, b]) = tree.halves() {
-                    let [first_half, second_half] = polygon.bisect();
-                    stack.push((b, second_half, Some(id)));
-                    stack.push((a, first_half, None));
+                    let Division { parts: [first_half, second_half], cuts, .. } = self.cuts.divide(&polygon, cut);
+                    stack.push((b, second_half, cuts[1], Some(id)));
+                    stack.push((a, first_half, cuts[0], None));
                 }
             }
         }

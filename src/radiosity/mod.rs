@@ -4,6 +4,7 @@
 //! Exitance `B` and irradiance `E` are in W/m², radiance in W/(m²·sr), colours linear RGB. Lengths are
 //! local (see [`crate::hierarchy::Frame`]); powers become watts when they leave this room.
 
+mod cuts;
 mod estimate;
 mod flight;
 mod forest;
@@ -17,6 +18,7 @@ mod transport;
 
 pub use transport::direction;
 
+pub use cuts::Division;
 pub use forest::{Forest, Piece};
 pub use form_factor::PolygonSource;
 pub use links::{Link, LinkClass, LinkSet};

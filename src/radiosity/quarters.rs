@@ -23,12 +23,13 @@ impl Quarters {
 
     /// The weights for light from `source` to `receiver`. The larger of the two counts in full, the
     /// smaller by its middle, or that of each quarter.
-    pub(super) fn of(receiver: &Piece<'_>, source: &Piece<'_>) -> Quarters {
+    pub(super) fn of(receiver: &Piece<'_>, source: &Piece<'_>, forest: &Forest) -> Quarters {
         let (center, extent) = (receiver.polygon.center(), source.polygon.extent());
         if extent < SMALL * center.distance(source.polygon.center()) {
             return Quarters::UNIFORM;
         }
-        let [first, second] = source.polygon.bisect().map(|half| half.bisect());
+        let halves = source.division(forest);
+        let [first, second] = [0, 1].map(|half| forest.divide(&halves.parts[half], halves.cuts[half]).parts);
         let quarters = [first[0], first[1], second[0], second[1]];
         let sent = if extent > receiver.polygon.extent() {
             quarters.map(|quarter| {

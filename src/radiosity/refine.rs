@@ -110,9 +110,9 @@ fn share_facet(a: &Party<'_>, b: &Party<'_>) -> bool {
 }
 
 /// How the parts of a source share, if both are elements.
-fn quarters(receiver: &Party<'_>, source: &Party<'_>) -> Quarters {
+fn quarters(receiver: &Party<'_>, source: &Party<'_>, forest: &Forest) -> Quarters {
     match (receiver, source) {
-        (Party::Element { piece: r, .. }, Party::Element { piece: s, .. }) => Quarters::of(r, s),
+        (Party::Element { piece: r, .. }, Party::Element { piece: s, .. }) => Quarters::of(r, s, forest),
         _ => Quarters::UNIFORM,
     }
 }
@@ -283,7 +283,7 @@ impl<'a> Refiner<'a> {
                 None => {
                     link.class = if certified { LinkClass::CertifiedVisible } else { LinkClass::Visible };
                     link.inherited = true;
-                    link.quarters = quarters(receiver, source);
+                    link.quarters = quarters(receiver, source, self.forest);
                     output.links.push(link);
                 }
             }
@@ -338,7 +338,7 @@ impl<'a> Refiner<'a> {
                     _ => LinkClass::Partial,
                 };
                 if verdict.class == Class::Visible || self.is_classic() || source.is_uniform() {
-                    link.quarters = quarters(receiver, source);
+                    link.quarters = quarters(receiver, source, self.forest);
                 }
                 output.links.push(link);
             }

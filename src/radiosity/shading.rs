@@ -8,7 +8,6 @@ use super::estimate::Party;
 use super::forest::Forest;
 use super::transport::Light;
 use crate::hierarchy::Side;
-use crate::math::Polygon;
 use crate::visibility::Brightness;
 use glam::DVec3;
 
@@ -29,8 +28,8 @@ impl Shading<'_> {
 impl Brightness for Shading<'_> {
     fn at(&self, facet: u32, front: bool, point: DVec3) -> f64 {
         let forest = self.forest;
-        let (mut id, mut polygon) = match self.source {
-            Party::Element { piece, .. } => (piece.id() as usize, piece.polygon),
+        let (mut id, mut polygon, mut cut) = match self.source {
+            Party::Element { piece, .. } => (piece.id() as usize, piece.polygon, piece.cut),
             Party::Cluster(_) => {
                 let Some(side) = forest.side_index(Side { facet, back: !front }) else { return 0.0 };
                 return self.of(forest.first_element[side] as usize);
@@ -38,9 +37,10 @@ impl Brightness for Shading<'_> {
         };
         let normal = polygon.area_vector();
         while let Some(&second) = forest.second.get(id).filter(|&&second| second != 0) {
-            let halves = polygon.bisect();
-            let is_first = Polygon::is_in_first_half(&halves, point, normal);
-            (id, polygon) = if is_first { (id + 1, halves[0]) } else { (second as usize, halves[1]) };
+            let division = forest.divide(&polygon, cut);
+            let half = usize::from(!division.is_in_first(point, normal));
+            id = [id + 1, second as usize][half];
+            (polygon, cut) = (division.parts[half], division.cuts[half]);
         }
         self.of(id)
     }

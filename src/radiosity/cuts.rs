@@ -1,0 +1,109 @@
+//! How elements are divided: along the lines where other surfaces stand on their facet first, then in
+//! halves. \[LTG93\]
+
+use crate::hierarchy::{Contact, Hierarchy, dividing};
+use crate::math::{MAX_VERTICES, Plane, Polygon};
+
+/// No further cut: divided in halves.
+pub(super) const NO_CUT: u32 = u32::MAX;
+
+/// A facet is cut into at most two to the power of this many parts.
+const DEEPEST: u32 = 6;
+
+/// A cut leaves at least this share of the area on each side.
+const LEAST_SHARE: f64 = 1e-4;
+
+/// The first cuts of all facets.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Cuts {
+    cuts: Vec<Cut>,
+    /// The first cut of each facet, or [`NO_CUT`].
+    of_facet: Vec<u32>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Cut {
+    /// The first part lies in front.
+    plane: Plane,
+    /// The next cuts of both parts.
+    below: [u32; 2],
+}
+
+/// An element divided in two.
+pub struct Division {
+    /// The outlines of both parts.
+    pub parts: [Polygon; 2],
+    /// How they are divided further.
+    pub cuts: [u32; 2],
+    plane: Option<Plane>,
+}
+
+impl Division {
+    /// Whether a point of the element lies in its first part; `normal` is the element's.
+    pub fn is_in_first(&self, point: glam::DVec3, normal: glam::DVec3) -> bool {
+        match self.plane {
+            Some(plane) => plane.distance(point) >= 0.0,
+            None => Polygon::is_in_first_half(&self.parts, point, normal),
+        }
+    }
+}
+
+impl Cuts {
+    /// Cuts along the contacts of all facets, the longest first.
+    pub(super) fn of(hierarchy: &Hierarchy) -> Cuts {
+        let mut cuts = Cuts::default();
+        for facet in 0..hierarchy.facets.len() as u32 {
+            let contacts = hierarchy.contacts.on(facet);
+            let first = if contacts.is_empty() {
+                NO_CUT
+            } else {
+                let plane = hierarchy.facets[facet as usize].plane;
+                cuts.add(&hierarchy.polygon(facet), &plane, contacts, 0)
+            };
+            cuts.of_facet.push(first);
+        }
+        cuts
+    }
+
+    /// The first cut of a facet.
+    pub(super) fn first(&self, facet: u32) -> u32 {
+        self.of_facet[facet as usize]
+    }
+
+    /// Divides a polygon by a cut, or in halves.
+    pub(super) fn divide(&self, polygon: &Polygon, cut: u32) -> Division {
+        if let Some(cut) = self.cuts.get(cut as usize)
+            && let Some(parts) = parted(polygon, &cut.plane)
+        {
+            return Division { parts, cuts: cut.below, plane: Some(cut.plane) };
+        }
+        Division { parts: polygon.bisect(), cuts: [NO_CUT; 2], plane: None }
+    }
+
+    fn add(&mut self, polygon: &Polygon, plane: &Plane, contacts: &[Contact], depth: u32) -> u32 {
+        let inside: Vec<Contact> =
+            contacts.iter().filter_map(|&line| dividing(line, polygon, plane)).collect();
+        let length = |line: &Contact| line[0].distance_squared(line[1]);
+        let longest = inside.iter().max_by(|a, b| length(a).total_cmp(&length(b)));
+        let Some([a, b]) = longest.filter(|_| depth < DEEPEST) else { return NO_CUT };
+        let across = Plane::through(*a, (*b - *a).cross(plane.normal).normalize_or_zero());
+        let Some(parts) = parted(polygon, &across) else { return NO_CUT };
+        let index = self.cuts.len();
+        self.cuts.push(Cut { plane: across, below: [NO_CUT; 2] });
+        for (i, part) in parts.iter().enumerate() {
+            let below = self.add(part, plane, &inside, depth + 1);
+            self.cuts[index].below[i] = below;
+        }
+        index as u32
+    }
+}
+
+/// The parts in front of a plane and behind it; `None` when there is nothing to gain.
+fn parted(polygon: &Polygon, plane: &Plane) -> Option<[Polygon; 2]> {
+    if polygon.vertices().len() == MAX_VERTICES {
+        return None;
+    }
+    let parts = [polygon.clipped(plane)?, polygon.clipped(&plane.flipped())?];
+    let least = LEAST_SHARE * polygon.area();
+    parts.iter().all(|part| part.area() > least).then_some(parts)
+}
