@@ -5,7 +5,7 @@ use super::direct::Spotlit;
 use crate::hierarchy::{Hierarchy, Side};
 use crate::math::{PairSequence, cosine_direction};
 use crate::radiosity::Solution;
-use crate::tracer::{PACKET, Ray, Tracer};
+use crate::tracer::{Departure, PACKET, Ray, Tracer, departing_hits};
 use glam::{DVec3, Vec3};
 
 /// Irradiance at a point by reflection from everything it sees: the mean exitance, own emission left out,
@@ -18,21 +18,22 @@ pub(super) fn reflected(
     samples: u32,
     sequence: &PairSequence,
 ) -> DVec3 {
-    let origin = at.point.as_vec3();
     let mut sum = DVec3::ZERO;
     for first in (0..samples).step_by(PACKET) {
         let count = (samples - first).min(PACKET as u32) as usize;
-        let rays: [Ray; PACKET] = std::array::from_fn(|i| {
+        let departures: [Departure; PACKET] = std::array::from_fn(|i| {
             let [_, _, s, t] = sequence.point(first + i as u32);
-            Ray { origin, direction: cosine_direction(at.normal, s, t) }
+            let direction = cosine_direction(at.normal, s, t);
+            Departure { point: at.point, normal: at.normal, facet: at.facet, direction }
         });
+        let mut rays = [Ray { origin: Vec3::ZERO, direction: Vec3::Z }; PACKET];
         let mut hits = [None; PACKET];
-        tracer.first_hits(&rays[..count], &mut hits[..count]);
+        departing_hits(tracer, &departures[..count], &mut rays[..count], &mut hits[..count]);
         for (ray, hit) in rays.iter().zip(hits.iter().take(count)) {
             let Some(hit) = hit else { continue };
             let direction = ray.direction.as_dvec3();
             let back = hierarchy.facets[hit.facet as usize].plane.normal.dot(direction) > 0.0;
-            let point = origin.as_dvec3() + direction * hit.t as f64;
+            let point = ray.origin.as_dvec3() + direction * hit.t as f64;
             let reflectance = Vec3::from(hierarchy.material(hit.facet).reflectance);
             let side = Side { facet: hit.facet, back };
             let irradiance = solution

@@ -1,8 +1,9 @@
 //! How elements are divided: along the lines where other surfaces stand on their facet first, then in
 //! halves. \[LTG93\]
 
-use crate::hierarchy::{Contact, Hierarchy, dividing};
+use crate::hierarchy::{Contact, Hierarchy, TOLERANCE, dividing};
 use crate::math::{MAX_VERTICES, Plane, Polygon};
+use glam::DVec3;
 
 /// No further cut: divided in halves.
 pub(super) const NO_CUT: u32 = u32::MAX;
@@ -40,7 +41,7 @@ pub struct Division {
 
 impl Division {
     /// Whether a point of the element lies in its first part; `normal` is the element's.
-    pub fn is_in_first(&self, point: glam::DVec3, normal: glam::DVec3) -> bool {
+    pub fn is_in_first(&self, point: DVec3, normal: DVec3) -> bool {
         match self.plane {
             Some(plane) => plane.distance(point) >= 0.0,
             None => Polygon::is_in_first_half(&self.parts, point, normal),
@@ -103,7 +104,46 @@ fn parted(polygon: &Polygon, plane: &Plane) -> Option<[Polygon; 2]> {
     if polygon.vertices().len() == MAX_VERTICES {
         return None;
     }
-    let parts = [polygon.clipped(plane)?, polygon.clipped(&plane.flipped())?];
+    let parts = [tidied(&polygon.clipped(plane)?)?, tidied(&polygon.clipped(&plane.flipped())?)?];
     let least = LEAST_SHARE * polygon.area();
     parts.iter().all(|part| part.area() > least).then_some(parts)
+}
+
+/// A polygon without the corners that do not show: where a cut passes through a corner there are two that
+/// differ by rounding, and their halves would have no area. `None` when nothing else is left.
+fn tidied(polygon: &Polygon) -> Option<Polygon> {
+    let mut corners = polygon.vertices().to_vec();
+    let hides = |corners: &[DVec3], i: usize| {
+        let n = corners.len();
+        let (before, here, after) = (corners[(i + n - 1) % n], corners[i], corners[(i + 1) % n]);
+        let along = (after - before).normalize_or_zero();
+        here.distance(before) < TOLERANCE || (here - before).reject_from(along).length() < 0.1 * TOLERANCE
+    };
+    while let Some(i) = (0..corners.len()).find(|&i| corners.len() > 2 && hides(&corners, i)) {
+        corners.remove(i);
+    }
+    (corners.len() > 2).then(|| Polygon::new(&corners))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cut_through_corners_leaves_parts_that_can_be_divided() {
+        let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 0.0));
+        let square = Polygon::new(&corners);
+        for shift in [0.0, 1e-9, -1e-9, 1e-7] {
+            let diagonal =
+                Plane::through(DVec3::new(shift, 0.0, 0.0), DVec3::new(1.0, -1.0, 0.0).normalize());
+            let parts = parted(&square, &diagonal).expect("two triangles");
+            let mut pieces = parts.to_vec();
+            for _ in 0..8 {
+                pieces = pieces.iter().flat_map(|piece| piece.bisect()).collect();
+            }
+            let (least, sum) =
+                pieces.iter().fold((f64::MAX, 0.0), |(l, s), p| (p.area().min(l), s + p.area()));
+            assert!(least > 1e-4 && (sum - 1.0).abs() < 1e-6, "{shift}: {least}, {sum}");
+        }
+    }
 }

@@ -5,7 +5,7 @@ use super::forest::Forest;
 use super::transport::Light;
 use crate::hierarchy::{Hierarchy, Side};
 use crate::math::{PairSequence, cosine_direction};
-use crate::tracer::{PACKET, Ray, Tracer};
+use crate::tracer::{Departure, PACKET, Ray, Tracer, departing_hits};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -17,9 +17,6 @@ const LEAST_WALL: f64 = 0.04;
 
 /// Cells as wide as a wall that the light of one room falls in, at most about.
 const CELLS: f64 = 20.0;
-
-/// How far above its surface a ray starts, local units.
-const LIFT: f64 = 1e-5;
 
 /// Where light goes after it leaves a surface.
 #[derive(Clone, Copy, Debug)]
@@ -57,25 +54,24 @@ pub(super) fn flight(hierarchy: &Hierarchy, forest: &Forest, light: &Light, trac
     let landings: Vec<Landing> = (0..RAYS / PACKET as u32)
         .into_par_iter()
         .flat_map_iter(|packet| {
-            let mut sources = [0u32; PACKET];
-            let rays: [Ray; PACKET] = std::array::from_fn(|i| {
+            let departures: [Departure; PACKET] = std::array::from_fn(|i| {
                 let index = packet * PACKET as u32 + i as u32;
                 let [u, v, s, t] = sequence.point(index);
                 let at = (index as f64 + 0.5) / RAYS as f64 * total;
                 let element = leaves[sums.partition_point(|&sum| sum <= at).min(leaves.len() - 1)];
                 let piece = forest.piece(hierarchy, element);
-                sources[i] = piece.side.facet;
                 let normal = piece.plane.normal;
-                let origin = piece.polygon.point_at(u, v) + normal * LIFT;
-                Ray { origin: origin.as_vec3(), direction: cosine_direction(normal, s, t) }
+                let (point, direction) = (piece.polygon.point_at(u, v), cosine_direction(normal, s, t));
+                Departure { point, normal, facet: piece.side.facet, direction }
             });
+            let mut rays = [Ray { origin: Vec3::ZERO, direction: Vec3::Z }; PACKET];
             let mut hits = [None; PACKET];
-            tracer.first_hits(&rays, &mut hits);
+            departing_hits(tracer, &departures, &mut rays, &mut hits);
             (0..PACKET).filter_map(move |i| {
                 let (ray, hit) = (&rays[i], hits[i]?);
                 let normal = hierarchy.facets[hit.facet as usize].plane.normal;
                 let back = normal.dot(ray.direction.as_dvec3()) > 0.0;
-                let areas = [sources[i], hit.facet].map(|facet| hierarchy.polygon(facet).area());
+                let areas = [departures[i].facet, hit.facet].map(|facet| hierarchy.polygon(facet).area());
                 Some(Landing {
                     point: ray.origin + ray.direction * hit.t,
                     square: (hit.t as f64).powi(2),

@@ -14,6 +14,7 @@ mod quarters;
 mod refine;
 mod shading;
 mod solve;
+mod strays;
 mod transport;
 
 pub use transport::direction;

@@ -5,6 +5,7 @@ use super::forest::Forest;
 use super::links::{Link, LinkClass, LinkSet};
 use super::quarters::Quarters;
 use super::refine::{RefineCounters, Refiner, Thresholds};
+use super::strays::{Strays, Watched};
 use super::transport::{Cap, Light, Materials, Surface};
 use crate::hierarchy::Hierarchy;
 use crate::progress::Progress;
@@ -145,11 +146,13 @@ pub fn solve(
     let first = if hierarchy.nodes[0].is_leaf() { Vec::new() } else { vec![SELF_LINK] };
     let mut links = LinkSet::new(first, hierarchy.nodes.len() + forest.len());
     let mut cap = Cap::new(hierarchy, &forest, &links);
+    let mut strays = Strays::none(forest.len());
     let mut counters = RefineCounters::default();
     let emitted = emitted_power(hierarchy, &forest);
     let (mut refine_seconds, mut solve_seconds) = (0.0, 0.0);
     let (mut iterations, mut error) = (0, f64::MAX);
     let (mut settled, mut since_settled) = (false, 0);
+    let mut wall_area = 1.0;
     // A fraction that knows nothing of brightness does not change.
     let weighs_again = options.visibility.strategy != Strategy::Sampled;
     let rooms = flight(hierarchy, &forest, &light, tracer).rooms;
@@ -161,6 +164,15 @@ pub fn solve(
             progress.start("weigh", links.links.len() as u64);
             let refiner = Refiner { hierarchy, forest: &forest, light: &light, tester: &tester, thresholds };
             counters += refiner.weigh_again(&mut links.links, &|done| progress.advance(done));
+            progress.finish();
+            refine_seconds += start.elapsed().as_secs_f64();
+        }
+        if weighs_again && LOOKED_FOR_STRAYS.contains(&since_settled) {
+            let start = Instant::now();
+            progress.start("stray light", 0);
+            let watched = Watched { hierarchy, forest: &forest, light: &light, links: &links, tracer };
+            let rays = STRAY_RAYS * options.visibility.rays;
+            strays = Strays::found(&watched, wall_area, rays, &strays, &|done| progress.advance(done));
             progress.finish();
             refine_seconds += start.elapsed().as_secs_f64();
         }
@@ -183,17 +195,25 @@ pub fn solve(
             }
             links = LinkSet::new(refined, hierarchy.nodes.len() + forest.len());
             cap = Cap::new(hierarchy, &forest, &links);
+            strays = Strays::none(forest.len());
             progress.finish();
             refine_seconds += start.elapsed().as_secs_f64();
         }
         let start = Instant::now();
-        let next = light.iterate(hierarchy, &forest, &links, &Materials { hierarchy, forest: &forest }, &cap);
+        let next = light.iterate(
+            hierarchy,
+            &forest,
+            &links,
+            &Materials { hierarchy, forest: &forest },
+            &cap,
+            &strays,
+        );
         error = changed_power(&forest, &light, &next);
         light = next;
         iterations += 1;
         since_settled += u32::from(settled);
         if !settled {
-            let wall_area = flight(hierarchy, &forest, &light, tracer).wall_area;
+            wall_area = flight(hierarchy, &forest, &light, tracer).wall_area;
             if let Some(lit) = lit_irradiance(&light, &forest) {
                 thresholds = thresholds_for(iterations as usize, lit, wall_area, hierarchy, options);
             }
@@ -299,6 +319,12 @@ fn lit_irradiance(light: &Light, forest: &Forest) -> Option<f64> {
 
 /// Links of clusters are weighed again after these iterations that follow the refinement.
 const WEIGHED_AGAIN: [u32; 4] = [1, 4, 16, 64];
+
+/// Stray light is looked for after these.
+const LOOKED_FOR_STRAYS: [u32; 4] = [1, 3, 7, 20];
+
+/// Rays for a group of surfaces in which stray light is looked for, over those of a pair.
+const STRAY_RAYS: u32 = 16;
 
 /// No element gets smaller than this, local length: a few hundred roundings.
 const MIN_LOCAL_SIZE: f64 = 5e-5;

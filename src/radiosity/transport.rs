@@ -3,6 +3,7 @@
 
 use super::forest::Forest;
 use super::links::{Link, LinkClass, LinkSet};
+use super::strays::Strays;
 use crate::hierarchy::{Hierarchy, Side};
 use crate::math::CosineLobes;
 use glam::Vec3;
@@ -100,7 +101,7 @@ impl Light {
             ..Light::default()
         };
         let cap = Cap(vec![0.0; forest.len()]);
-        light.push_pull(hierarchy, forest, surface, &cap, &elements, dark);
+        light.push_pull(hierarchy, forest, surface, &cap, &Strays::none(forest.len()), &elements, dark);
         light
     }
 
@@ -131,6 +132,7 @@ impl Light {
         links: &LinkSet,
         surface: &dyn Surface,
         cap: &Cap,
+        strays: &Strays,
     ) -> Light {
         let clusters = hierarchy.nodes.len() as u32;
         let gathered: Vec<Vec3> = (0..forest.len() as u32)
@@ -161,7 +163,7 @@ impl Light {
             variation: vec![0.0; forest.len()],
             ..Light::default()
         };
-        next.push_pull(hierarchy, forest, surface, cap, &gathered, lobes);
+        next.push_pull(hierarchy, forest, surface, cap, strays, &gathered, lobes);
         next
     }
 
@@ -203,6 +205,7 @@ impl Light {
         forest: &Forest,
         surface: &dyn Surface,
         cap: &Cap,
+        strays: &Strays,
         gathered: &[Vec3],
         mut lobes: Vec<CosineLobes>,
     ) {
@@ -214,7 +217,7 @@ impl Light {
                 }
             }
         }
-        self.push_pull_elements(hierarchy, forest, surface, cap, gathered, &lobes);
+        self.push_pull_elements(hierarchy, forest, surface, cap, strays, gathered, &lobes);
         self.pull_clusters(hierarchy, forest, lobes);
     }
 
@@ -224,6 +227,7 @@ impl Light {
         forest: &Forest,
         surface: &dyn Surface,
         cap: &Cap,
+        strays: &Strays,
         gathered: &[Vec3],
         lobes: &[CosineLobes],
     ) {
@@ -241,7 +245,7 @@ impl Light {
         }
         blocks.into_par_iter().for_each(|(sides, exitance, irradiance, variation)| {
             let offset = forest.first_element[sides.start] as usize;
-            let mut block = Block { forest, gathered, cap, offset, exitance, irradiance, variation };
+            let mut block = Block { forest, gathered, cap, strays, offset, exitance, irradiance, variation };
             for index in sides {
                 let side = forest.side(index);
                 let normal = hierarchy.facets[side.facet as usize].plane.normal.as_vec3();
@@ -304,6 +308,7 @@ struct Block<'a> {
     forest: &'a Forest,
     gathered: &'a [Vec3],
     cap: &'a Cap,
+    strays: &'a Strays,
     offset: usize,
     exitance: &'a mut [Vec3],
     irradiance: &'a mut [Vec3],
@@ -319,8 +324,9 @@ impl Block<'_> {
         let second = self.forest.second[element as usize];
         if second == 0 {
             let (emitted, reflectance) = surface;
-            let returned = self.cap.0[element as usize] * reflectance.max_element();
-            let irradiance = irradiance * (MOST_RETURNED / returned.max(MOST_RETURNED));
+            let gain = self.strays.gain(element);
+            let returned = gain * self.cap.0[element as usize] * reflectance.max_element();
+            let irradiance = irradiance * (gain * MOST_RETURNED / returned.max(MOST_RETURNED));
             self.irradiance[own] = irradiance;
             self.exitance[own] = emitted + reflectance * irradiance;
             return (self.exitance[own], self.exitance[own]);

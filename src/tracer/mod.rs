@@ -8,11 +8,13 @@
 //! audit.
 
 mod brute;
+mod departure;
 pub mod embree;
 mod fallback;
 mod triangle;
 
 pub use brute::BruteTracer;
+pub use departure::{Departure, departing_hits};
 pub use fallback::FallbackTracer;
 
 pub use crate::hierarchy::{Interval, TraceMesh};
