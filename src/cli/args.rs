@@ -81,14 +81,27 @@ pub(super) struct ProbeArgs {
     #[arg(value_name = "SCENE")]
     pub(super) scene: PathBuf,
     /// Points to probe: a text file with one `x y z nx ny nz` a line, in scene units; `#` begins a comment
-    #[arg(long, value_name = "FILE")]
-    pub(super) points: PathBuf,
-    /// Reference values
+    #[arg(long, value_name = "FILE", required_unless_present = "grid")]
+    pub(super) points: Option<PathBuf>,
+    /// Instead of points, a regular grid: over the rectangle of the scene description with this name, or,
+    /// given a number, over the plane at that height
+    #[arg(long, value_name = "NAME|HEIGHT", conflicts_with_all = ["points", "reference"], allow_negative_numbers = true)]
+    pub(super) grid: Option<String>,
+    /// Distance between the points of a grid, scene units [default: 20 along the longer side]
+    #[arg(long, value_name = "LENGTH", requires = "grid", value_parser = positive, allow_negative_numbers = true)]
+    pub(super) spacing: Option<f64>,
+    /// Table to write: .csv, or .json with more detail [default: CSV on standard output]
+    #[arg(short, long, value_name = "FILE")]
+    pub(super) output: Option<PathBuf>,
+    /// Illuminance in lux instead of irradiance by channel: 683 lm/W times the weights 0.2126, 0.7152, 0.0722
+    #[arg(long)]
+    pub(super) lux: bool,
+    /// Rays for a point, 16 to 1048576: so many to the emitters, and so many to everything else
+    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = whole(16, 1 << 20), allow_negative_numbers = true)]
+    pub(super) samples: u32,
+    /// Reference values to compare with, a CSV with one row a point; says how far the answers are from them
     #[arg(long, value_name = "FILE")]
     pub(super) reference: Option<PathBuf>,
-    /// Rays for a point
-    #[arg(long, value_name = "N", default_value_t = 4096)]
-    pub(super) samples: u32,
 
     #[command(flatten)]
     pub(super) solution: SolutionArgs,

@@ -69,6 +69,7 @@ mod tests {
             positions: Vec::new(),
             triangles: Vec::new(),
             materials: Vec::new(),
+            rectangles: Vec::new(),
             cameras: vec![camera("main", 640, 480), camera("top", 20_000, 10)],
             meters_per_unit: 1.0,
             patch_count: 0,

@@ -2,10 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use super::args::{MachineArgs, QualityArg, RenderArgs, SolutionArgs, TracerArg, ViewArg, VisibilityArg};
+use super::args::{
+    MachineArgs, ProbeArgs, QualityArg, RenderArgs, SolutionArgs, TracerArg, ViewArg, VisibilityArg,
+};
 use super::errors::CliError;
 use crate::image::tone::Exposure;
 use crate::image::write::PictureFormat;
+use crate::probe::Grid;
 
 /// Everything that is needed to solve a scene, whatever is then done with the solution.
 #[derive(Clone, Debug)]
@@ -27,6 +30,28 @@ pub(super) struct RenderConfig {
     pub(super) format: PictureFormat,
     pub(super) stats: Option<PathBuf>,
     pub(super) view: ViewConfig,
+}
+
+/// Everything a probe run needs to know.
+#[derive(Clone, Debug)]
+pub(super) struct ProbeConfig {
+    pub(super) run: RunConfig,
+    pub(super) places: Places,
+    pub(super) output: Option<PathBuf>,
+    /// The output is JSON; CSV otherwise.
+    pub(super) is_json: bool,
+    pub(super) lux: bool,
+    pub(super) samples: u32,
+    pub(super) reference: Option<PathBuf>,
+}
+
+/// Which points are probed.
+#[derive(Clone, Debug)]
+pub(super) enum Places {
+    /// Those of a file.
+    File(PathBuf),
+    /// A grid with this spacing.
+    Grid(Grid, Option<f64>),
 }
 
 /// What is seen, and how.
@@ -145,6 +170,45 @@ impl RenderConfig {
         };
         let run = RunConfig::check(typed.scene, typed.solution, typed.machine, typed.quiet)?;
         Ok(Self { run, output: typed.output, format, stats: typed.stats, view })
+    }
+}
+
+impl ProbeConfig {
+    /// Checks what depends on several options.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`] when options contradict each other or the output is neither CSV nor JSON.
+    pub(super) fn check(typed: ProbeArgs) -> Result<Self, CliError> {
+        let extension = typed.output.as_ref().map(|path| {
+            path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
+        });
+        if extension.as_ref().is_some_and(|e| e != "csv" && e != "json") {
+            return usage("the name of the table must end in .csv or .json");
+        }
+        let files =
+            [Some(&typed.scene), typed.points.as_ref(), typed.output.as_ref(), typed.reference.as_ref()];
+        check_distinct(&files)?;
+        let places = match (typed.points, typed.grid) {
+            (Some(file), _) => Places::File(file),
+            (None, Some(grid)) => {
+                let grid = match grid.trim().parse::<f64>() {
+                    Ok(height) if height.is_finite() => Grid::Height(height),
+                    Ok(_) => return usage("the height of a grid must be a finite number"),
+                    Err(_) => Grid::Rectangle(grid),
+                };
+                Places::Grid(grid, typed.spacing)
+            }
+            (None, None) => return usage("give --points FILE or --grid NAME|HEIGHT"),
+        };
+        Ok(Self {
+            run: RunConfig::check(typed.scene, typed.solution, typed.machine, typed.quiet)?,
+            places,
+            output: typed.output,
+            is_json: extension.as_deref() == Some("json"),
+            lux: typed.lux,
+            samples: typed.samples,
+            reference: typed.reference,
+        })
     }
 }
 

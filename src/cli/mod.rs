@@ -41,7 +41,7 @@ fn run(typed: impl Iterator<Item = OsString>) -> ExitKind {
     };
     let result = match arguments.verb {
         Verb::Render(typed) => config::RenderConfig::check(*typed).and_then(|config| render::run(&config)),
-        Verb::Probe(typed) => probe::run(*typed),
+        Verb::Probe(typed) => config::ProbeConfig::check(*typed).and_then(|config| probe::run(&config)),
         Verb::Doctor(typed) => doctor::run(&typed),
         Verb::Generate(typed) => generate::run(&typed.what),
     };

@@ -1,118 +1,141 @@
-//! `probe`.
-use super::args::ProbeArgs;
-use super::config::RunConfig;
+//! `probe`: irradiance at points of a scene, as a table.
+
+use rayon::prelude::*;
+
+use super::config::{Places, ProbeConfig};
 use super::console;
 use super::errors::CliError;
 use super::solved::{Loaded, Solved, in_pool};
 use crate::gather::{Gatherer, Irradiance};
-use crate::probe::{Deviation, read_points, read_reference};
-use rayon::prelude::*;
+use crate::image::write::{FillError, check_destination, write_atomically};
+use crate::probe::{
+    Answer, Comparison, Deviation, ProbeError, ProbePoint, ProbeRun, Reference, grid_points, read_points,
+    read_reference, write_csv,
+};
+use crate::progress::Progress;
+use crate::report::{json, memory};
+use crate::scene::Scene;
 
-pub(super) fn run(typed: ProbeArgs) -> Result<(), CliError> {
-    let config = RunConfig::check(typed.scene, typed.solution, typed.machine, typed.quiet)?;
-    let bad = |e: crate::probe::ProbeError| CliError::Malformed(e.to_string());
-    let points = read_points(&typed.points).map_err(bad)?;
-    let reference = typed.reference.map(|p| read_reference(&p)).transpose().map_err(bad)?;
-    in_pool(&config, |progress| {
-        let Solved { hierarchy, tracer, solution, mut stats, mut clock, .. } =
-            Loaded::load(&config)?.solve(&config, progress)?;
-        clock.lap();
-        stats.seconds.total = clock.total();
-        println!(
-            "solved {:.1} s refine {:.1} balance {:.3}% elements {} links {} MB {}",
-            stats.seconds.total,
-            stats.seconds.refine,
-            100.0 * stats.energy.balance_error,
-            stats.scene.elements,
-            stats.links.total,
-            stats.memory.peak_rss_bytes >> 20
-        );
-        if std::env::var_os("LS_AUDIT").is_some() {
-            let chosen: Vec<u32> = if std::env::var_os("LS_AUDIT_PROBE").is_some() {
-                let g = Gatherer::new(&hierarchy, tracer.as_ref(), &solution, 1);
-                points.iter().filter_map(|p| g.leaf(p.position, p.normal)).collect()
-            } else {
-                Vec::new()
-            };
-            let a = crate::check::audit(
-                &hierarchy,
-                tracer.as_ref(),
-                &solution,
-                if chosen.is_empty() { 20000 } else { chosen.len() as u32 },
-                if chosen.is_empty() { 256 } else { 8192 },
-                &chosen,
-            );
-            let t: (f64, f64) = a.kinds.iter().fold((0.0, 0.0), |s, k| (s.0 + k.linked, s.1 + k.found));
-            println!(
-                "audit: linked {:.4} found {:.4} pairs {} twice {} in {:.2} s",
-                t.0,
-                t.1,
-                a.pairs,
-                a.twice,
-                clock.lap()
-            );
-            for (i, k) in a.kinds.iter().enumerate() {
-                if k.linked != 0.0 || k.found != 0.0 {
-                    println!(
-                        "   {:28} linked {:8.4} found {:8.4} diff {:+.4}",
-                        crate::check::name(i),
-                        k.linked,
-                        k.found,
-                        k.linked - k.found
-                    );
-                }
-            }
+/// Probes as configured.
+///
+/// # Errors
+/// The first thing that goes wrong; then no output has been touched.
+pub(super) fn run(config: &ProbeConfig) -> Result<(), CliError> {
+    if let Some(path) = &config.output {
+        check_destination(path)?;
+    }
+    in_pool(&config.run, |progress| run_in_pool(config, progress))
+}
+
+fn run_in_pool(config: &ProbeConfig, progress: &dyn Progress) -> Result<(), CliError> {
+    let reference = match &config.reference {
+        Some(path) => Some(read_reference(path).map_err(probe_failure)?),
+        None => None,
+    };
+    let loaded = Loaded::load(&config.run)?;
+    let points = points_of(config, &loaded.scene)?;
+    if let Some(reference) = &reference {
+        check_lengths(config, points.len(), reference.len())?;
+    }
+    let Solved { scene, hierarchy, tracer, solution, mut stats, mut clock } =
+        loaded.solve(&config.run, progress)?;
+    stats.seconds.total = clock.total();
+
+    let gatherer = Gatherer::new(&hierarchy, tracer.as_ref(), &solution, config.samples);
+    progress.start("probe", points.len() as u64);
+    let found: Vec<Irradiance> = points
+        .par_iter()
+        .enumerate()
+        .map(|(index, point)| {
+            let irradiance = gatherer.irradiance(point.position, point.normal, index as u64);
+            progress.advance(1);
+            irradiance
+        })
+        .collect();
+    progress.finish();
+
+    let comparison = reference.map(|reference| compared(&found, &reference));
+    if let (Some(comparison), false) = (&comparison, config.run.quiet) {
+        console::note(&described(comparison));
+    }
+    let run = ProbeRun {
+        scene: scene.name,
+        tracer: stats.tracer,
+        samples: config.samples,
+        seconds_solution: stats.seconds.total,
+        seconds_points: clock.lap(),
+        peak_rss_bytes: memory::peak_rss_bytes(),
+        elements: stats.scene.elements,
+        links: stats.links.total,
+        balance_error: stats.energy.balance_error,
+        reference: comparison,
+        points: points.iter().zip(&found).map(|(point, light)| Answer::new(point, light)).collect(),
+    };
+    write(config, &run)
+}
+
+/// The points that are asked for.
+fn points_of(config: &ProbeConfig, scene: &Scene) -> Result<Vec<ProbePoint>, CliError> {
+    match &config.places {
+        Places::File(path) => read_points(path).map_err(probe_failure),
+        Places::Grid(grid, spacing) => {
+            grid_points(scene, grid, *spacing).map_err(|error| CliError::Usage(error.to_string()))
         }
-        let show = |name: &str, found: &[Irradiance]| {
-            if let Some(reference) = &reference {
-                let t = Deviation::of(found, reference, |i| i.total);
-                let d = Deviation::of(found, reference, |i| i.direct);
-                println!(
-                    "{name}: total rms {:.2}% bias {:+.2}% worst {:.1}% at {} | direct rms {:.2}% bias {:+.2}% worst {:.1}% at {}",
-                    100.0 * t.rms,
-                    100.0 * t.bias,
-                    100.0 * t.worst,
-                    t.worst_at + 2,
-                    100.0 * d.rms,
-                    100.0 * d.bias,
-                    100.0 * d.worst,
-                    d.worst_at + 2
-                );
-                if std::env::var_os("LS_DUMP").is_some() {
-                    for (i, (f, r)) in found.iter().zip(reference).enumerate() {
-                        println!(
-                            "  {} found {:.4} direct {:.4} ref {:.4} se {:.4} direct {:.4}",
-                            i + 2,
-                            f.total,
-                            f.direct,
-                            r.irradiance.total,
-                            r.error.total,
-                            r.irradiance.direct
-                        );
-                    }
-                }
-            }
-        };
-        for samples in [typed.samples / 4, typed.samples, typed.samples * 4] {
-            let gatherer = Gatherer::new(&hierarchy, tracer.as_ref(), &solution, samples);
-            if samples < typed.samples {
-                let found: Vec<Irradiance> = points
-                    .iter()
-                    .map(|p| Irradiance {
-                        total: gatherer.interpolated(p.position, p.normal),
-                        direct: Default::default(),
-                    })
-                    .collect();
-                show("interpolated", &found);
-            }
-            let found: Vec<Irradiance> = points
-                .par_iter()
-                .enumerate()
-                .map(|(i, p)| gatherer.irradiance(p.position, p.normal, i as u64))
-                .collect();
-            show(&format!("gathered {samples} {:.2} s", clock.lap()), &found);
+    }
+}
+
+fn check_lengths(config: &ProbeConfig, points: usize, reference: usize) -> Result<(), CliError> {
+    match &config.reference {
+        Some(path) if points != reference => Err(CliError::Malformed(format!(
+            "{}: {reference} rows for {points} points; give the reference of these points",
+            path.display()
+        ))),
+        _ => Ok(()),
+    }
+}
+
+fn compared(found: &[Irradiance], reference: &[Reference]) -> Comparison {
+    Comparison {
+        total: Deviation::of(found, reference, |light| light.total),
+        direct: Deviation::of(found, reference, |light| light.direct),
+    }
+}
+
+fn described(comparison: &Comparison) -> String {
+    let line = |name: &str, d: &Deviation| {
+        format!(
+            "{name:<7} error {:6.2} % root mean square, {:+.2} % mean, {:.2} % at point {}\n",
+            100.0 * d.rms,
+            100.0 * d.bias,
+            100.0 * d.worst,
+            d.worst_at + 1
+        )
+    };
+    line("total", &comparison.total) + &line("direct", &comparison.direct)
+}
+
+/// Writes the table to its file or to standard output.
+fn write(config: &ProbeConfig, run: &ProbeRun) -> Result<(), CliError> {
+    match &config.output {
+        None => {
+            let mut text = Vec::new();
+            write_csv(&run.points, config.lux, &mut text)
+                .map_err(|error| CliError::Internal(error.to_string()))?;
+            console::answer(&String::from_utf8_lossy(&text));
         }
-        console::note("");
-        Ok(())
-    })
+        Some(path) if config.is_json => json::write_json(path, run)?,
+        Some(path) => write_atomically(path, |file| -> Result<(), FillError> {
+            write_csv(&run.points, config.lux, file).map_err(FillError::Io)
+        })?,
+    }
+    Ok(())
+}
+
+/// What an unusable file of points or reference values means for the caller.
+fn probe_failure(error: ProbeError) -> CliError {
+    let message = error.to_string();
+    match error {
+        ProbeError::Unreadable { .. } => CliError::Unreadable(message),
+        ProbeError::Malformed { .. } | ProbeError::Unfit { .. } => CliError::Malformed(message),
+    }
 }

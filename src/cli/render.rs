@@ -49,7 +49,7 @@ fn run_in_pool(config: &RenderConfig, progress: &dyn Progress) -> Result<(), Cli
         console::note(&table::table(&[(scene.name.as_str(), &stats)]));
     }
     if let Some(path) = &config.stats {
-        json::write_stats(path, &stats)?;
+        json::write_json(path, &stats)?;
     }
     Ok(())
 }

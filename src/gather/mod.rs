@@ -7,5 +7,5 @@ mod interpolate;
 mod point;
 mod reconstruct;
 
-pub use point::{Gatherer, Irradiance, lift};
+pub use point::{Gatherer, Irradiance};
 pub use reconstruct::{Reconstruction, Spot};

@@ -2,7 +2,6 @@
 
 use super::direct::{Emitter, Spotlit, direct, emitters};
 use super::hemisphere::reflected;
-use super::reconstruct::Reconstruction;
 use crate::hierarchy::{Hierarchy, NodeKind, Side, TOLERANCE};
 use crate::math::{PairSequence, hash_pair};
 use crate::radiosity::Solution;
@@ -18,11 +17,6 @@ const ALIGNED: f64 = 0.95;
 /// How far above its facet a point is taken to be, local length.
 const LIFT: f64 = 5.0 * TOLERANCE;
 
-/// The point just above the surface it lies on, local coordinates.
-pub fn lift(point: DVec3, normal: DVec3) -> DVec3 {
-    point + normal * LIFT
-}
-
 /// Irradiance at a point, W/m², linear RGB.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Irradiance {
@@ -37,7 +31,6 @@ pub struct Gatherer<'a> {
     hierarchy: &'a Hierarchy,
     tracer: &'a dyn Tracer,
     solution: &'a Solution,
-    surfaces: Reconstruction<'a>,
     emitters: Vec<Emitter>,
     samples: u32,
 }
@@ -50,8 +43,7 @@ impl<'a> Gatherer<'a> {
         solution: &'a Solution,
         samples: u32,
     ) -> Gatherer<'a> {
-        let surfaces = Reconstruction::new(hierarchy, solution);
-        Gatherer { hierarchy, tracer, solution, surfaces, emitters: emitters(hierarchy), samples }
+        Gatherer { hierarchy, tracer, solution, emitters: emitters(hierarchy), samples }
     }
 
     /// Irradiance at `point` on a surface with unit `normal`, in scene coordinates; `seed` shifts the
@@ -63,20 +55,6 @@ impl<'a> Gatherer<'a> {
         let direct = direct(&self.emitters, self.tracer, at, self.samples, &sequence);
         let reflected = reflected(self.hierarchy, self.solution, self.tracer, at, self.samples, &sequence);
         Irradiance { total: direct + reflected, direct }
-    }
-
-    /// Leaf.
-    pub fn leaf(&self, point: DVec3, normal: DVec3) -> Option<u32> {
-        let point = self.hierarchy.frame.local_from_scene(point).as_dvec3();
-        let side = self.side_at(point, normal)?;
-        self.solution.forest.leaf_at(self.hierarchy, side, point).map(|l| l.id())
-    }
-
-    /// Interpolated.
-    pub fn interpolated(&self, point: DVec3, normal: DVec3) -> DVec3 {
-        let point = self.hierarchy.frame.local_from_scene(point).as_dvec3();
-        let Some(side) = self.side_at(point, normal) else { return DVec3::ZERO };
-        self.surfaces.look_up(side, point).map_or(DVec3::ZERO, |s| s.irradiance.as_dvec3())
     }
 
     /// A point on a facet is put just above it.

@@ -3,9 +3,6 @@
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 
-/// Most points of one run.
-pub const MOST_POINTS: usize = 10_000_000;
-
 /// Where irradiance is asked for, scene coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProbePoint {

@@ -3,6 +3,7 @@
 use super::points::{ProbeError, quoted, read_text};
 use crate::gather::Irradiance;
 use glam::DVec3;
+use serde::Serialize;
 use std::path::Path;
 
 /// Differences within this many standard errors of the reference are its noise.
@@ -18,7 +19,7 @@ pub struct Reference {
 }
 
 /// How far one quantity is from its reference, relative to the mean of the reference.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Deviation {
     /// Root mean square over points and channels of what exceeds the noise of the reference.
     pub rms: f64,
@@ -26,7 +27,7 @@ pub struct Deviation {
     pub bias: f64,
     /// Largest difference beyond the noise.
     pub worst: f64,
-    /// The point it is at.
+    /// The point it is at, from 0.
     pub worst_at: usize,
 }
 
@@ -110,4 +111,24 @@ pub fn read_reference(path: &Path) -> Result<Vec<Reference>, ProbeError> {
         });
     }
     Ok(values)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn gray(total: f64, direct: f64) -> Irradiance {
+        Irradiance { total: DVec3::splat(total), direct: DVec3::splat(direct) }
+    }
+
+    #[test]
+    fn differences_within_the_noise_do_not_count() {
+        let reference = [1.0, 3.0].map(|e| Reference { irradiance: gray(e, 0.0), error: gray(0.1, 0.0) });
+        let near = Deviation::of(&[gray(1.29, 0.0), gray(2.71, 0.0)], &reference, |i| i.total);
+        assert!(near.rms == 0.0 && near.bias.abs() < 1e-12, "{near:?}");
+        // Half a unit beyond three standard errors at one of two points, whose mean is 2.
+        let far = Deviation::of(&[gray(1.0, 0.0), gray(3.8, 0.0)], &reference, |i| i.total);
+        assert!((far.rms - 0.5 / 2f64.sqrt() / 2.0).abs() < 1e-12 && far.worst_at == 1, "{far:?}");
+        assert!((far.bias - 0.2).abs() < 1e-12, "{far:?}");
+    }
 }

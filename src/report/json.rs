@@ -1,27 +1,29 @@
-//! The statistics record as a JSON file (`--stats FILE.json`); `docs/stats.md` is its schema.
+//! Records as JSON files. `docs/stats.md` is the schema of the statistics, `docs/probe.md` that of probes.
 
 use std::path::Path;
 
-use super::stats::Stats;
+use serde::Serialize;
+
 use crate::image::write::{FillError, OutputError, write_atomically};
 
-/// Writes `stats` to `path`, whole or not at all, replacing what is there.
+/// Writes a record to `path`, whole or not at all, replacing what is there.
 ///
 /// # Errors
 /// When the folder is missing or not writable or the disk is full.
-pub fn write_stats(path: &Path, stats: &Stats) -> Result<(), OutputError> {
+pub fn write_json(path: &Path, record: &impl Serialize) -> Result<(), OutputError> {
     write_atomically(path, |file| -> Result<(), FillError> {
         let encode = |error: serde_json::Error| match error.io_error_kind() {
             Some(kind) => FillError::Io(kind.into()),
             None => FillError::Encode(error.to_string()),
         };
-        serde_json::to_writer_pretty(&mut *file, stats).map_err(encode)?;
+        serde_json::to_writer_pretty(&mut *file, record).map_err(encode)?;
         file.write_all(b"\n").map_err(FillError::Io)
     })
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::stats::Stats;
     use super::*;
 
     #[test]
@@ -31,7 +33,7 @@ mod tests {
         let mut stats = Stats { tracer: "fallback".into(), threads: 3, ..Stats::default() };
         stats.links.total = u64::from(u32::MAX) + 7;
         stats.energy.balance_error = 0.001_25;
-        write_stats(&path, &stats).expect("written");
+        write_json(&path, &stats).expect("written");
         let text = std::fs::read_to_string(&path).expect("readable");
         let read: Stats = serde_json::from_str(&text).expect("valid");
         assert_eq!((read.tracer.as_str(), read.threads), ("fallback", 3));

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::draft::Draft;
 use super::error::{SceneError, quoted};
-use super::{Scene, camera, description, validate};
+use super::{Rectangle, Scene, camera, description, validate};
 
 /// How to load a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,6 +39,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
     let mut draft = Draft::new(path);
     let mut cameras = Vec::new();
+    let mut rectangles = Vec::new();
     let mut meters_per_unit = 1.0;
     match extension.as_str() {
         "obj" => draft.add_obj(path)?,
@@ -50,6 +51,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
             }
             for quad in &description.quads {
                 draft.add_quad(quad);
+                rectangles.push(Rectangle { name: quad.name.clone(), corners: quad.corners });
             }
             for change in &description.overrides {
                 draft.override_material(change)?;
@@ -64,6 +66,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
         cameras.push(camera::derive(&scene.positions, &scene.triangles));
     }
     scene.cameras = cameras;
+    scene.rectangles = rectangles;
     Ok(scene)
 }
 

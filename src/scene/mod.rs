@@ -31,6 +31,8 @@ pub struct Scene {
     pub triangles: Vec<Triangle>,
     /// Materials; reflectance in `[0, 0.98]`, radiance ≥ 0, all finite.
     pub materials: Vec<Material>,
+    /// The rectangles of the scene description, by name.
+    pub rectangles: Vec<Rectangle>,
     /// Cameras, never empty after loading (one is derived from the bounds when the file has none).
     pub cameras: Vec<Camera>,
     /// Metres in one scene unit; areas and powers in watts use it.
@@ -41,6 +43,15 @@ pub struct Scene {
     pub counts: ImportCounts,
     /// One line each, for standard error: what was repaired.
     pub warnings: Vec<String>,
+}
+
+/// A rectangle (any flat convex quadrilateral) of the scene description.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rectangle {
+    /// Its name; several may have the same.
+    pub name: String,
+    /// Corners in scene units, counter-clockwise seen from the front.
+    pub corners: [DVec3; 4],
 }
 
 /// Three vertices in counter-clockwise order seen from the front (emitting) side.

@@ -58,6 +58,7 @@ pub(super) fn finish(
         positions: draft.positions,
         triangles: draft.triangles,
         materials,
+        rectangles: Vec::new(),
         cameras: Vec::new(),
         meters_per_unit,
         patch_count,

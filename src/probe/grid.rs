@@ -1,0 +1,174 @@
+//! Regular grids of probe points: over a named rectangle, or over a plane at a height, such as the work
+//! plane of lighting design.
+
+use super::points::ProbePoint;
+use crate::scene::Scene;
+use glam::DVec3;
+
+/// Most points of a grid.
+pub const MOST_POINTS: u64 = 1_000_000;
+
+/// Cells along the longer side when no spacing is given.
+const CELLS: f64 = 20.0;
+
+/// What a grid covers.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Grid {
+    /// The front of a rectangle of the scene description.
+    Rectangle(String),
+    /// A plane that faces up, at this coordinate along the up axis, over the whole scene. Up is the axis
+    /// nearest to the up direction of the first camera.
+    Height(f64),
+}
+
+/// Why there is no grid.
+#[derive(Debug, thiserror::Error, PartialEq)]
+pub enum GridError {
+    /// No rectangle has the name.
+    #[error("no rectangle is named '{name}'; the scene has: {known}")]
+    Unknown {
+        /// As asked for.
+        name: String,
+        /// Those there are.
+        known: String,
+    },
+    /// The spacing is too fine.
+    #[error(
+        "a grid of {count:.0} points is more than the {MOST_POINTS} that are possible; give a larger --spacing"
+    )]
+    TooFine {
+        /// Points it would have.
+        count: f64,
+    },
+    /// The plane misses the scene.
+    #[error("the height {height} is outside the scene, which reaches from {low} to {high} along its up axis")]
+    Outside {
+        /// As asked for.
+        height: f64,
+        /// Of the scene.
+        low: f64,
+        /// Of the scene.
+        high: f64,
+    },
+}
+
+/// The middles of the cells of a grid, row by row. Cells are as near to `spacing` (scene units) as whole
+/// numbers of them allow.
+///
+/// # Errors
+/// See [`GridError`].
+pub fn grid_points(scene: &Scene, grid: &Grid, spacing: Option<f64>) -> Result<Vec<ProbePoint>, GridError> {
+    let corners = match grid {
+        Grid::Rectangle(name) => {
+            let found = scene.rectangles.iter().find(|rectangle| rectangle.name == *name);
+            found
+                .map(|rectangle| rectangle.corners)
+                .ok_or_else(|| GridError::Unknown { name: name.clone(), known: names(scene) })?
+        }
+        Grid::Height(height) => plane_at(scene, *height)?,
+    };
+    let [a, b, c, d] = corners;
+    let normal = (b - a).cross(d - a).normalize();
+    let (width, depth) = (a.distance(b).max(d.distance(c)), a.distance(d).max(b.distance(c)));
+    let spacing = spacing.unwrap_or(width.max(depth) / CELLS);
+    let (columns, rows) = ((width / spacing).round().max(1.0), (depth / spacing).round().max(1.0));
+    if columns * rows > MOST_POINTS as f64 {
+        return Err(GridError::TooFine { count: columns * rows });
+    }
+    let (columns, rows) = (columns as u32, rows as u32);
+    let cell = |row: u32, column: u32| {
+        let u = (f64::from(column) + 0.5) / f64::from(columns);
+        let v = (f64::from(row) + 0.5) / f64::from(rows);
+        ProbePoint { position: a.lerp(b, u).lerp(d.lerp(c, u), v), normal }
+    };
+    Ok((0..rows).flat_map(|row| (0..columns).map(move |column| cell(row, column))).collect())
+}
+
+/// Names for a message.
+fn names(scene: &Scene) -> String {
+    let names: Vec<&str> = scene.rectangles.iter().take(8).map(|rectangle| rectangle.name.as_str()).collect();
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+}
+
+/// The corners of the plane at a height, counter-clockwise from above.
+fn plane_at(scene: &Scene, height: f64) -> Result<[DVec3; 4], GridError> {
+    let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let (min, max) = scene.positions.iter().fold(start, |(lo, hi), &p| (lo.min(p), hi.max(p)));
+    let up = scene.cameras.first().map_or(DVec3::Y, |camera| camera.up);
+    let axis = (0..3).max_by(|&i, &j| up[i].abs().total_cmp(&up[j].abs())).unwrap_or(1);
+    if !(min[axis]..=max[axis]).contains(&height) {
+        return Err(GridError::Outside { height, low: min[axis], high: max[axis] });
+    }
+    let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
+    let corner = |x: f64, y: f64| {
+        let mut point = DVec3::ZERO;
+        (point[axis], point[i], point[j]) = (height, x, y);
+        point
+    };
+    let corners =
+        [corner(min[i], min[j]), corner(max[i], min[j]), corner(max[i], max[j]), corner(min[i], max[j])];
+    // Right-handed axes make these face along the axis.
+    Ok(if up[axis] < 0.0 { [corners[0], corners[3], corners[2], corners[1]] } else { corners })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Camera, ImportCounts, Rectangle};
+
+    fn scene(up: DVec3) -> Scene {
+        let camera = Camera {
+            name: "main".into(),
+            eye: DVec3::ZERO,
+            target: DVec3::ONE,
+            up,
+            vfov_deg: 40.0,
+            width: 1,
+            height: 1,
+        };
+        let corners = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)].map(|(x, z)| DVec3::new(x, 0.7, -z));
+        Scene {
+            name: "test".into(),
+            positions: vec![DVec3::new(-1.0, 0.0, -2.0), DVec3::new(3.0, 2.5, 4.0)],
+            triangles: Vec::new(),
+            materials: Vec::new(),
+            rectangles: vec![Rectangle { name: "desk".into(), corners }],
+            cameras: vec![camera],
+            meters_per_unit: 1.0,
+            patch_count: 0,
+            counts: ImportCounts::default(),
+            warnings: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn a_rectangle_gets_the_middles_of_its_cells_and_its_front() {
+        let desk = Grid::Rectangle("desk".into());
+        let points = grid_points(&scene(DVec3::Y), &desk, Some(0.5)).expect("a grid");
+        assert_eq!(points.len(), 8);
+        assert!(points[0].position.distance(DVec3::new(0.25, 0.7, -0.25)) < 1e-12, "{:?}", points[0]);
+        assert!(points.iter().all(|p| p.normal.distance(DVec3::Y) < 1e-12), "{:?}", points[0].normal);
+    }
+
+    #[test]
+    fn a_work_plane_covers_the_scene_and_faces_up_whatever_up_is() {
+        for (up, axis, height) in [(DVec3::Y, 1, 0.8), (DVec3::Z, 2, 1.0), (-DVec3::X, 0, 0.0)] {
+            let points = grid_points(&scene(up), &Grid::Height(height), Some(0.5)).expect("a grid");
+            assert!(points.iter().all(|p| p.normal.distance(up) < 1e-12 && p.position[axis] == height));
+        }
+        let points = grid_points(&scene(DVec3::Y), &Grid::Height(0.8), None).expect("a grid");
+        assert_eq!(points.len(), 20 * 13);
+    }
+
+    #[test]
+    fn grids_that_cannot_be_are_refused() {
+        let scene = scene(DVec3::Y);
+        let unknown = grid_points(&scene, &Grid::Rectangle("table".into()), None).expect_err("unknown");
+        assert!(unknown.to_string().contains("desk"), "{unknown}");
+        assert!(matches!(grid_points(&scene, &Grid::Height(3.0), None), Err(GridError::Outside { .. })));
+        assert!(matches!(
+            grid_points(&scene, &Grid::Height(1.0), Some(1e-6)),
+            Err(GridError::TooFine { .. })
+        ));
+    }
+}
