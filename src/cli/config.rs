@@ -1,8 +1,10 @@
-//! The checked configuration of a render: every option has its value, and the options fit each other.
+//! The checked configuration of a verb: every option has its value, and the options fit each other.
 
 use std::path::{Path, PathBuf};
 
-use super::args::{MachineArgs, QualityArg, RenderArgs, SolutionArgs, TracerArg, ViewArg, VisibilityArg};
+use super::args::{
+    CheckArgs, MachineArgs, QualityArg, RenderArgs, SolutionArgs, TracerArg, ViewArg, VisibilityArg,
+};
 use super::errors::CliError;
 use crate::image::tone::Exposure;
 use crate::image::write::PictureFormat;
@@ -27,6 +29,15 @@ pub(super) struct RenderConfig {
     pub(super) format: PictureFormat,
     pub(super) stats: Option<PathBuf>,
     pub(super) view: ViewConfig,
+}
+
+/// Everything a check needs to know.
+#[derive(Clone, Debug)]
+pub(super) struct CheckConfig {
+    pub(super) run: RunConfig,
+    /// Whose limits hold.
+    pub(super) quality: QualityArg,
+    pub(super) json: Option<PathBuf>,
 }
 
 /// What is seen, and how.
@@ -145,6 +156,19 @@ impl RenderConfig {
         };
         let run = RunConfig::check(typed.scene, typed.solution, typed.machine, typed.quiet)?;
         Ok(Self { run, output: typed.output, format, stats: typed.stats, view })
+    }
+}
+
+impl CheckConfig {
+    /// Fills in the defaults and checks what depends on several options.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`] when options contradict each other. No file is touched.
+    pub(super) fn check(typed: CheckArgs) -> Result<Self, CliError> {
+        check_distinct(&[Some(&typed.scene), typed.json.as_ref()])?;
+        let quality = typed.solution.quality;
+        let run = RunConfig::check(typed.scene, typed.solution, typed.machine, typed.quiet)?;
+        Ok(Self { run, quality, json: typed.json })
     }
 }
 

@@ -27,42 +27,6 @@ pub(super) fn run(typed: ProbeArgs) -> Result<(), CliError> {
             stats.links.total,
             stats.memory.peak_rss_bytes >> 20
         );
-        if std::env::var_os("LS_AUDIT").is_some() {
-            let chosen: Vec<u32> = if std::env::var_os("LS_AUDIT_PROBE").is_some() {
-                let g = Gatherer::new(&hierarchy, tracer.as_ref(), &solution, 1);
-                points.iter().filter_map(|p| g.leaf(p.position, p.normal)).collect()
-            } else {
-                Vec::new()
-            };
-            let a = crate::check::audit(
-                &hierarchy,
-                tracer.as_ref(),
-                &solution,
-                if chosen.is_empty() { 20000 } else { chosen.len() as u32 },
-                if chosen.is_empty() { 256 } else { 8192 },
-                &chosen,
-            );
-            let t: (f64, f64) = a.kinds.iter().fold((0.0, 0.0), |s, k| (s.0 + k.linked, s.1 + k.found));
-            println!(
-                "audit: linked {:.4} found {:.4} pairs {} twice {} in {:.2} s",
-                t.0,
-                t.1,
-                a.pairs,
-                a.twice,
-                clock.lap()
-            );
-            for (i, k) in a.kinds.iter().enumerate() {
-                if k.linked != 0.0 || k.found != 0.0 {
-                    println!(
-                        "   {:28} linked {:8.4} found {:8.4} diff {:+.4}",
-                        crate::check::name(i),
-                        k.linked,
-                        k.found,
-                        k.linked - k.found
-                    );
-                }
-            }
-        }
         let show = |name: &str, found: &[Irradiance]| {
             if let Some(reference) = &reference {
                 let t = Deviation::of(found, reference, |i| i.total);

@@ -15,7 +15,7 @@ mod shading;
 mod solve;
 mod transport;
 
-pub use transport::direction;
+pub use transport::{Light, direction};
 
 pub use forest::{Forest, Piece};
 pub use form_factor::PolygonSource;

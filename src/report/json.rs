@@ -1,6 +1,8 @@
-//! The statistics record as a JSON file (`--stats FILE.json`); `docs/stats.md` is its schema.
+//! Records as JSON files. `docs/stats.md` is the schema of the statistics (`--stats FILE.json`).
 
 use std::path::Path;
+
+use serde::Serialize;
 
 use super::stats::Stats;
 use crate::image::write::{FillError, OutputError, write_atomically};
@@ -10,12 +12,17 @@ use crate::image::write::{FillError, OutputError, write_atomically};
 /// # Errors
 /// When the folder is missing or not writable or the disk is full.
 pub fn write_stats(path: &Path, stats: &Stats) -> Result<(), OutputError> {
+    write_json(path, stats)
+}
+
+/// Writes a record to `path`, whole or not at all.
+pub(super) fn write_json(path: &Path, record: &impl Serialize) -> Result<(), OutputError> {
     write_atomically(path, |file| -> Result<(), FillError> {
         let encode = |error: serde_json::Error| match error.io_error_kind() {
             Some(kind) => FillError::Io(kind.into()),
             None => FillError::Encode(error.to_string()),
         };
-        serde_json::to_writer_pretty(&mut *file, stats).map_err(encode)?;
+        serde_json::to_writer_pretty(&mut *file, record).map_err(encode)?;
         file.write_all(b"\n").map_err(FillError::Io)
     })
 }
