@@ -15,9 +15,6 @@ mod limits;
 mod rows;
 mod subject;
 
-#[cfg(test)]
-mod tests;
-
 pub use finding::{Finding, Unit, Verdict};
 pub use limits::Limits;
 
@@ -229,7 +226,7 @@ fn elements(subject: &Subject<'_>) -> Vec<Finding> {
     let count = subject.leaves.len() as u64;
     let place = |leaf: Option<u32>| leaf.map(|leaf| subject.place(leaf));
     vec![
-        Finding::none(LIGHT, "negative or no number", found.not_finite, count, place(found.one_not_finite)),
+        Finding::none(LIGHT, "exitance negative or no number", found.not_finite, count, place(found.one_not_finite)),
         Finding::none(LIGHT, "darker than its emission", found.darker, count, place(found.one_darker)),
         Finding::exact(LIGHT, "exitance against irradiance", found.reflection, REFLECTION, count)
             .at(place(found.one_reflection)),
