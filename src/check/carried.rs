@@ -50,15 +50,20 @@ pub(super) fn irradiance(subject: &Subject<'_>, light: &Light) -> Vec<Vec3> {
     irradiance
 }
 
-/// Light of which every leaf element with some exitance sends 1 in every channel, and the others nothing.
+/// What is darker than this share of the typical irradiance sends out next to no light: the solver does not
+/// follow shadows there either.
+const BLACK: f32 = 0.03;
+
+/// Light of which every leaf element sends 1 in every channel, or nothing if it is black.
 pub(super) fn even_light(subject: &Subject<'_>) -> Light {
     let (hierarchy, solution) = (subject.hierarchy, subject.solution);
     let forest = &solution.forest;
+    let black = BLACK * typical_irradiance(subject);
     let mut exitance = vec![Vec3::ZERO; forest.len()];
     for element in (0..forest.len()).rev() {
         let second = forest.second[element] as usize;
         exitance[element] = if second == 0 {
-            if solution.light.exitance[element].max_element() > 0.0 { Vec3::ONE } else { Vec3::ZERO }
+            if solution.light.exitance[element].max_element() > black { Vec3::ONE } else { Vec3::ZERO }
         } else {
             let share = forest.area[element + 1] / (forest.area[element + 1] + forest.area[second]);
             exitance[second].lerp(exitance[element + 1], share)
@@ -81,6 +86,20 @@ pub(super) fn even_light(subject: &Subject<'_>) -> Light {
         }
     }
     Light { exitance, intensity, variation: vec![0.0; forest.len()], ..Light::default() }
+}
+
+/// Geometric mean of the irradiance of leaf elements, weighted by the power it brings; 0 when all is dark.
+fn typical_irradiance(subject: &Subject<'_>) -> f32 {
+    let (mut power, mut logarithms) = (0.0, 0.0);
+    for &leaf in &subject.leaves {
+        let irradiance = subject.solution.light.irradiance[leaf as usize].max_element() as f64;
+        if irradiance > 0.0 {
+            let received = irradiance * subject.area(leaf);
+            power += received;
+            logarithms += received * irradiance.ln();
+        }
+    }
+    if power > 0.0 { (logarithms / power).exp() as f32 } else { 0.0 }
 }
 
 /// For each cluster, the area that its surfaces turn towards each direction, local units.

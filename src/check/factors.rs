@@ -23,7 +23,7 @@ const GRAZING: f64 = 5.0 * TOLERANCE;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Errors {
     pub(super) count: u64,
-    pub(super) mean: f64,
+    pub(super) sum: f64,
     pub(super) largest: f64,
     /// The link of the largest error.
     pub(super) worst: Option<Link>,
@@ -31,17 +31,20 @@ pub(super) struct Errors {
 
 impl Errors {
     fn of(errors: impl IntoIterator<Item = (f64, Link)>) -> Errors {
-        let (mut found, mut sum) = (Errors::default(), 0.0);
+        let mut found = Errors::default();
         for (error, link) in errors {
             found.count += 1;
-            sum += error;
+            found.sum += error;
             // What is not a number is the largest error of all.
             if error > found.largest || error.is_nan() {
                 (found.largest, found.worst) = (error, Some(link));
             }
         }
-        found.mean = sum / found.count.max(1) as f64;
         found
+    }
+
+    pub(super) fn mean(&self) -> f64 {
+        self.sum / self.count.max(1) as f64
     }
 }
 
@@ -90,8 +93,7 @@ fn power(subject: &Subject<'_>, link: &Link) -> f64 {
 }
 
 /// Power that each link carries beyond what would arrive if nothing stood in between: an element is no
-/// brighter than its brightest part, and no more than all of a cluster is visible. The mean is over all
-/// links.
+/// brighter than its brightest part, and no more than all of a cluster is visible.
 pub(super) fn beyond_unobstructed(subject: &Subject<'_>) -> Errors {
     let forest = &subject.solution.forest;
     let mut brightest: Vec<f32> = subject.solution.light.exitance.iter().map(|b| b.element_sum()).collect();
@@ -116,16 +118,11 @@ pub(super) fn beyond_unobstructed(subject: &Subject<'_>) -> Errors {
         .par_chunks(CHUNK)
         .map(|links| links.iter().map(|link| (beyond(link), *link)).filter(|(b, _)| *b != 0.0).collect())
         .collect();
-    let mut found = Errors::of(parts.into_iter().flatten());
-    let all = subject.solution.links.links.len() as u64;
-    found.mean *= found.count as f64 / all.max(1) as f64;
-    found.count = all;
-    found
+    Errors::of(parts.into_iter().flatten())
 }
 
-/// Those of the wanted links that were picked by the power they carry, each as often as it carries one
-/// share of it; and that share.
-fn picked(subject: &Subject<'_>, is_wanted: impl Fn(&Link) -> bool + Sync) -> (Vec<Link>, f64) {
+/// Links picked from those that are wanted by the power they carry: each as often as it carries one share.
+fn picked(subject: &Subject<'_>, is_wanted: impl Fn(&Link) -> bool + Sync) -> Vec<Link> {
     let weight = |link: &Link| match is_wanted(link) {
         true => Some(power(subject, link)).filter(|power| power.is_finite()).map_or(0.0, f64::abs),
         false => 0.0,
@@ -134,7 +131,7 @@ fn picked(subject: &Subject<'_>, is_wanted: impl Fn(&Link) -> bool + Sync) -> (V
     let sums: Vec<f64> = chunks.clone().map(|links| links.iter().map(weight).sum()).collect();
     let share = sums.iter().sum::<f64>() / PICKED as f64;
     if share <= 0.0 {
-        return (Vec::new(), 0.0);
+        return Vec::new();
     }
     let before = sums.iter().scan(0.0, |sum, part| Some(std::mem::replace(sum, *sum + part)));
     let before: Vec<f64> = before.collect();
@@ -152,7 +149,7 @@ fn picked(subject: &Subject<'_>, is_wanted: impl Fn(&Link) -> bool + Sync) -> (V
             found
         })
         .collect();
-    (parts.into_iter().flatten().collect(), share)
+    parts.into_iter().flatten().collect()
 }
 
 /// Form factors between elements against contour integrals.
@@ -165,7 +162,7 @@ pub(super) struct AgainstContours {
 }
 
 pub(super) fn against_contours(subject: &Subject<'_>) -> AgainstContours {
-    let (links, _) = picked(subject, |link| joins_elements(subject, link));
+    let links = picked(subject, |link| joins_elements(subject, link));
     let surface = |node| {
         let piece = subject.piece(subject.element(node)?);
         Some(Surface { polygon: piece.polygon, plane: piece.plane })
@@ -186,27 +183,27 @@ pub(super) fn against_contours(subject: &Subject<'_>) -> AgainstContours {
     }
 }
 
-/// A_i F_ij against A_j F_ji where there are links both ways: relative differences.
+/// A_i F_ij against A_j F_ji where there are links both ways: differences, the mean of both being 1 on the
+/// average.
 pub(super) fn against_reverse(subject: &Subject<'_>) -> Errors {
     let links = &subject.solution.links;
-    let differences: Vec<(f64, Link)> = links
+    let ways: Vec<([f64; 2], Link)> = links
         .links
         .par_iter()
         .filter(|link| joins_elements(subject, link) && link.receiver < link.source)
         .filter_map(|link| {
             let back = links.of(link.source);
             let reverse = &back[back.binary_search_by_key(&link.receiver, |l| l.source).ok()?];
-            let ways = [link, reverse].map(|way| way.factor as f64 * area(subject, way.receiver));
-            let larger = ways[0].max(ways[1]).max(f64::MIN_POSITIVE);
-            Some(((ways[0] - ways[1]).abs() / larger, *link))
+            Some(([link, reverse].map(|way| way.factor as f64 * area(subject, way.receiver)), *link))
         })
         .collect();
-    Errors::of(differences)
+    let mean = ways.iter().map(|([to, fro], _)| 0.5 * (to + fro)).sum::<f64>() / ways.len().max(1) as f64;
+    Errors::of(ways.into_iter().map(|([to, fro], link)| ((to - fro).abs() / mean, link)))
 }
 
 /// Share of the segments that is blocked between the two ends of links that are proved visible.
 pub(super) fn against_proofs(subject: &Subject<'_>) -> Errors {
-    let (links, _) = picked(subject, |link| link.class == LinkClass::CertifiedVisible);
+    let links = picked(subject, |link| link.class == LinkClass::CertifiedVisible);
     let errors: Vec<(f64, Link)> = links
         .par_iter()
         .enumerate()

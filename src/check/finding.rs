@@ -1,5 +1,6 @@
 //! One line of the answer: what was measured, and whether it is as it should be.
 
+use super::limits::Limits;
 use serde::Serialize;
 
 /// What a value counts.
@@ -47,39 +48,33 @@ pub struct Finding {
 
 impl Finding {
     /// Something of which there must be none.
-    pub(super) fn none(
-        group: &'static str,
-        name: &'static str,
-        count: u64,
-        looked_at: u64,
-        detail: Option<String>,
-    ) -> Finding {
-        let finding = Finding::exact(group, name, count as f64, 0.0, looked_at);
-        Finding { unit: Unit::Count, detail: detail.unwrap_or_default(), ..finding }
+    pub(super) fn none(group: &'static str, name: &'static str, count: u64) -> Finding {
+        Finding { unit: Unit::Count, ..Finding::share(group, name, count as f64, 0.0) }
     }
 
-    /// A share that no solution may exceed.
-    pub(super) fn exact(
-        group: &'static str,
-        name: &'static str,
-        value: f64,
-        limit: f64,
-        looked_at: u64,
-    ) -> Finding {
+    /// A share that must not exceed its limit.
+    pub(super) fn share(group: &'static str, name: &'static str, value: f64, limit: f64) -> Finding {
         // What is not a number is not within the limit.
         let verdict = if value <= limit { Verdict::Passed } else { Verdict::Failed };
-        Finding { group, name, unit: Unit::Share, value, limit, verdict, looked_at, detail: String::new() }
+        let (unit, looked_at, detail) = (Unit::Share, 0, String::new());
+        Finding { group, name, unit, value, limit, verdict, looked_at, detail }
     }
 
-    /// An approximation, which may be rough unless its limit is binding.
-    pub(super) fn unless_rough(mut self, is_binding: bool) -> Finding {
-        if self.verdict == Verdict::Failed && self.value.is_finite() && !is_binding {
+    /// With the number of things that were looked at.
+    pub(super) fn of(mut self, looked_at: u64) -> Finding {
+        self.looked_at = looked_at;
+        self
+    }
+
+    /// As an approximation, which may be rough unless the limits are binding.
+    pub(super) fn unless_rough(mut self, limits: &Limits) -> Finding {
+        if self.verdict == Verdict::Failed && self.value.is_finite() && !limits.is_binding {
             self.verdict = Verdict::Rough;
         }
         self
     }
 
-    /// With the worst place.
+    /// With the worst place, if there is one.
     pub(super) fn at(mut self, detail: Option<String>) -> Finding {
         self.detail = detail.unwrap_or_default();
         self
@@ -92,11 +87,11 @@ mod tests {
 
     #[test]
     fn what_is_not_a_number_fails_even_in_a_draft() {
-        let finding = |value| Finding::exact("light", "a", value, 0.1, 1);
+        let finding = |value| Finding::share("light", "a", value, 0.1);
         assert_eq!(finding(0.1).verdict, Verdict::Passed);
         assert_eq!(finding(0.2).verdict, Verdict::Failed);
-        assert_eq!(finding(0.2).unless_rough(false).verdict, Verdict::Rough);
-        assert_eq!(finding(0.2).unless_rough(true).verdict, Verdict::Failed);
-        assert_eq!(finding(f64::NAN).unless_rough(false).verdict, Verdict::Failed);
+        assert_eq!(finding(0.2).unless_rough(&Limits::DRAFT).verdict, Verdict::Rough);
+        assert_eq!(finding(0.2).unless_rough(&Limits::NORMAL).verdict, Verdict::Failed);
+        assert_eq!(finding(f64::NAN).unless_rough(&Limits::DRAFT).verdict, Verdict::Failed);
     }
 }

@@ -111,6 +111,11 @@ impl Balance {
         balance
     }
 
+    /// A power relative to all that is sent.
+    pub(super) fn share(&self, power: f64) -> f64 {
+        power / self.sent.max(f64::MIN_POSITIVE)
+    }
+
     /// Power that is lost between leaving and arriving; negative when it is made.
     pub(super) fn lost(&self) -> f64 {
         self.sent - self.escaped - self.on_backs - self.received

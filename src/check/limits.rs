@@ -16,7 +16,8 @@ pub struct Limits {
     pub(super) factor: f64,
     /// Light that one form factor gets wrong, of all light sent out.
     pub(super) one_factor: f64,
-    /// Mean excess of row sums over 1, weighted by light: the quadrature between surfaces that nearly touch.
+    /// Mean excess of row sums over 1.05, weighted by light: the quadrature between surfaces that nearly
+    /// touch.
     pub(super) row_excess: f64,
     /// Difference of the mean row sum from the share of the hemisphere that rays find covered.
     pub(super) row_sum: f64,
@@ -78,9 +79,9 @@ pub(super) const MOST_FACTOR: f32 = 1.001;
 /// Rays weigh a source by how bright it is point by point, and the light changes a little afterwards.
 pub(super) const UNOBSTRUCTED: f64 = 5e-4;
 
-/// Largest relative difference between A_i F_ij and A_j F_ji. A receiver that is further away than five
-/// times its extent is described by its middle: the square of a fifth.
-pub(super) const RECIPROCITY: f64 = 0.04;
+/// Mean difference between A_i F_ij and A_j F_ji, relative to the mean of both. Of touching elements, both
+/// ways are computed over the larger one; of others, the smaller one is described by a few points.
+pub(super) const RECIPROCITY: f64 = 5e-3;
 
 /// Largest relative difference between an exitance and emission + reflectance × irradiance: single
 /// precision.
