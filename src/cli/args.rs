@@ -24,6 +24,11 @@ pub(super) enum Verb {
     /// Solve a scene and print the irradiance at points of it
     #[command(after_help = exit_codes_help())]
     Probe(Box<ProbeArgs>),
+    /// Solve a scene and check that the solution is physically right
+    ///
+    /// The answer is a table; the exit code is 8 when something in it failed.
+    #[command(after_help = exit_codes_help())]
+    Check(Box<CheckArgs>),
     /// Say which Embree is used, where it is and whether it works
     ///
     /// The exit code is 7 when Embree is not usable; rendering then uses the pure-Rust tracer.
@@ -107,6 +112,25 @@ pub(super) struct ProbeArgs {
     pub(super) solution: SolutionArgs,
     #[command(flatten)]
     pub(super) machine: MachineArgs,
+    /// Print nothing but errors
+    #[arg(short, long, help_heading = "Report")]
+    pub(super) quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct CheckArgs {
+    /// Scene description (.toml) or a bare mesh (.obj)
+    #[arg(value_name = "SCENE")]
+    pub(super) scene: PathBuf,
+
+    #[command(flatten)]
+    pub(super) solution: SolutionArgs,
+    #[command(flatten)]
+    pub(super) machine: MachineArgs,
+
+    /// Write the findings as JSON
+    #[arg(long, value_name = "FILE", help_heading = "Report")]
+    pub(super) json: Option<PathBuf>,
     /// Print nothing but errors
     #[arg(short, long, help_heading = "Report")]
     pub(super) quiet: bool,

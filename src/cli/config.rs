@@ -1,9 +1,10 @@
-//! The checked configuration of a render: every option has its value, and the options fit each other.
+//! The checked configuration of a verb: every option has its value, and the options fit each other.
 
 use std::path::{Path, PathBuf};
 
 use super::args::{
-    MachineArgs, ProbeArgs, QualityArg, RenderArgs, SolutionArgs, TracerArg, ViewArg, VisibilityArg,
+    CheckArgs, MachineArgs, ProbeArgs, QualityArg, RenderArgs, SolutionArgs, TracerArg, ViewArg,
+    VisibilityArg,
 };
 use super::errors::CliError;
 use crate::image::tone::Exposure;
@@ -52,6 +53,15 @@ pub(super) enum Places {
     File(PathBuf),
     /// A grid with this spacing.
     Grid(Grid, Option<f64>),
+}
+
+/// Everything a check needs to know.
+#[derive(Clone, Debug)]
+pub(super) struct CheckConfig {
+    pub(super) run: RunConfig,
+    /// Whose limits hold.
+    pub(super) quality: QualityArg,
+    pub(super) json: Option<PathBuf>,
 }
 
 /// What is seen, and how.
@@ -209,6 +219,19 @@ impl ProbeConfig {
             samples: typed.samples,
             reference: typed.reference,
         })
+    }
+}
+
+impl CheckConfig {
+    /// Fills in the defaults and checks what depends on several options.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`] when options contradict each other. No file is touched.
+    pub(super) fn check(typed: CheckArgs) -> Result<Self, CliError> {
+        check_distinct(&[Some(&typed.scene), typed.json.as_ref()])?;
+        let quality = typed.solution.quality;
+        let run = RunConfig::check(typed.scene, typed.solution, typed.machine, typed.quiet)?;
+        Ok(Self { run, quality, json: typed.json })
     }
 }
 

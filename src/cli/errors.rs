@@ -15,11 +15,12 @@ pub(super) enum ExitKind {
     InvalidScene,
     Output,
     Embree,
+    CheckFailed,
     Internal,
 }
 
 impl ExitKind {
-    pub(super) const ALL: [ExitKind; 8] = [
+    pub(super) const ALL: [ExitKind; 9] = [
         ExitKind::Success,
         ExitKind::Usage,
         ExitKind::Unreadable,
@@ -27,6 +28,7 @@ impl ExitKind {
         ExitKind::InvalidScene,
         ExitKind::Output,
         ExitKind::Embree,
+        ExitKind::CheckFailed,
         ExitKind::Internal,
     ];
 
@@ -39,6 +41,7 @@ impl ExitKind {
             ExitKind::InvalidScene => 5,
             ExitKind::Output => 6,
             ExitKind::Embree => 7,
+            ExitKind::CheckFailed => 8,
             ExitKind::Internal => 70,
         }
     }
@@ -52,6 +55,7 @@ impl ExitKind {
             ExitKind::InvalidScene => "the scene cannot be rendered, such as one without an emitter",
             ExitKind::Output => "an output cannot be written",
             ExitKind::Embree => "Embree is required but not usable",
+            ExitKind::CheckFailed => "a check of the solution failed",
             ExitKind::Internal => "a fault of lightshaft itself",
         }
     }
@@ -96,6 +100,9 @@ pub(super) enum CliError {
     /// Embree is required, and none is usable.
     #[error("{0}")]
     Embree(String),
+    /// The solution is not physically right.
+    #[error("{0}")]
+    CheckFailed(String),
     /// Our own fault.
     #[error("internal fault, please report it: {0}")]
     Internal(String),
@@ -110,6 +117,7 @@ impl CliError {
             CliError::InvalidScene(_) => ExitKind::InvalidScene,
             CliError::Output(_) | CliError::OutputFolder(_) => ExitKind::Output,
             CliError::Embree(_) => ExitKind::Embree,
+            CliError::CheckFailed(_) => ExitKind::CheckFailed,
             CliError::Internal(_) => ExitKind::Internal,
         }
     }

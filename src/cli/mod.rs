@@ -3,6 +3,7 @@
 
 mod args;
 mod camera;
+mod check;
 mod config;
 mod console;
 mod doctor;
@@ -42,6 +43,7 @@ fn run(typed: impl Iterator<Item = OsString>) -> ExitKind {
     let result = match arguments.verb {
         Verb::Render(typed) => config::RenderConfig::check(*typed).and_then(|config| render::run(&config)),
         Verb::Probe(typed) => config::ProbeConfig::check(*typed).and_then(|config| probe::run(&config)),
+        Verb::Check(typed) => config::CheckConfig::check(*typed).and_then(|config| check::run(&config)),
         Verb::Doctor(typed) => doctor::run(&typed),
         Verb::Generate(typed) => generate::run(&typed.what),
     };

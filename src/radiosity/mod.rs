@@ -17,7 +17,7 @@ mod solve;
 mod strays;
 mod transport;
 
-pub use transport::direction;
+pub use transport::{Light, direction};
 
 pub use cuts::Division;
 pub use forest::{Forest, Piece};

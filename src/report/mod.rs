@@ -1,5 +1,6 @@
-//! What a run did, in numbers: the statistics record, its table and its JSON.
+//! What a run did, in numbers: the statistics record and the findings of a check, as tables and as JSON.
 
+pub mod check;
 pub mod json;
 pub mod memory;
 pub mod stats;

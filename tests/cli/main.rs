@@ -1,5 +1,6 @@
 //! The binary itself, run as a user runs it: arguments in, files, text and exit code out.
 
+mod check;
 mod failures;
 mod render;
 mod run;

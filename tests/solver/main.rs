@@ -11,6 +11,7 @@ mod embree_or_skip;
 mod boxes;
 mod certified;
 mod certify;
+mod check;
 mod closed_form;
 mod comparison;
 mod conservation;

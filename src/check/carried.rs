@@ -1,0 +1,125 @@
+//! What the links of a solution carry, link by link: for the light it has, and for any other.
+
+use super::subject::Subject;
+use crate::math::CosineLobes;
+use crate::radiosity::{Light, direction};
+use glam::Vec3;
+use rayon::prelude::*;
+use std::f32::consts::PI;
+
+/// Irradiance of every element over all links that lead to it or to what it is a part of.
+pub(super) fn irradiance(subject: &Subject<'_>, light: &Light) -> Vec<Vec3> {
+    let (hierarchy, solution) = (subject.hierarchy, subject.solution);
+    let (forest, links) = (&solution.forest, &solution.links);
+    let clusters = hierarchy.nodes.len();
+    let mut lobes: Vec<CosineLobes> = (0..clusters as u32)
+        .into_par_iter()
+        .map(|node| {
+            let mut lobes = CosineLobes::default();
+            for link in links.of(node) {
+                lobes.add(direction(hierarchy, forest, link), light.carried(hierarchy, forest, link));
+            }
+            lobes
+        })
+        .collect();
+    for (index, node) in hierarchy.nodes.iter().enumerate().filter(|(_, node)| !node.is_leaf()) {
+        let from_above = lobes[index];
+        node.children(index as u32).into_iter().for_each(|child| lobes[child as usize].merge(&from_above));
+    }
+    let mut irradiance: Vec<Vec3> = (0..forest.len() as u32)
+        .into_par_iter()
+        .map(|element| {
+            let own = links.of(subject.node(element)).iter();
+            own.fold(Vec3::ZERO, |sum, link| sum + light.carried(hierarchy, forest, link))
+        })
+        .collect();
+    for side in 0..forest.side_count() {
+        let (facet, back) = (forest.side(side).facet, forest.side(side).back);
+        let normal = hierarchy.facets[facet as usize].plane.normal.as_vec3();
+        let from_clusters =
+            lobes[hierarchy.leaf(facet) as usize].evaluate(if back { -normal } else { normal });
+        irradiance[forest.first_element[side] as usize] += from_clusters;
+    }
+    for element in 0..forest.len() {
+        let (second, from_above) = (forest.second[element] as usize, irradiance[element]);
+        if second != 0 {
+            irradiance[element + 1] += from_above;
+            irradiance[second] += from_above;
+        }
+    }
+    irradiance
+}
+
+/// What is darker than this share of the typical irradiance sends out next to no light: the solver does not
+/// follow shadows there either.
+const BLACK: f32 = 0.03;
+
+/// Light of which every leaf element sends 1 in every channel, or nothing if it is black.
+pub(super) fn even_light(subject: &Subject<'_>) -> Light {
+    let (hierarchy, solution) = (subject.hierarchy, subject.solution);
+    let forest = &solution.forest;
+    let black = BLACK * typical_irradiance(subject);
+    let mut exitance = vec![Vec3::ZERO; forest.len()];
+    for element in (0..forest.len()).rev() {
+        let second = forest.second[element] as usize;
+        exitance[element] = if second == 0 {
+            if solution.light.exitance[element].max_element() > black { Vec3::ONE } else { Vec3::ZERO }
+        } else {
+            let share = forest.area[element + 1] / (forest.area[element + 1] + forest.area[second]);
+            exitance[second].lerp(exitance[element + 1], share)
+        };
+    }
+    let mut intensity = vec![CosineLobes::default(); hierarchy.nodes.len()];
+    for (index, node) in hierarchy.nodes.iter().enumerate().rev() {
+        if node.is_leaf() {
+            let normal = hierarchy.facets[node.first as usize].plane.normal.as_vec3();
+            for side in forest.sides_of(node.first) {
+                let root = forest.first_element[side] as usize;
+                let power = exitance[root] * forest.area[root];
+                intensity[index].add(if forest.side(side).back { -normal } else { normal }, power / PI);
+            }
+        } else {
+            for child in node.children(index as u32) {
+                let below = intensity[child as usize];
+                intensity[index].merge(&below);
+            }
+        }
+    }
+    Light { exitance, intensity, variation: vec![0.0; forest.len()], ..Light::default() }
+}
+
+/// Geometric mean of the irradiance of leaf elements, weighted by the power it brings; 0 when all is dark.
+fn typical_irradiance(subject: &Subject<'_>) -> f32 {
+    let (mut power, mut logarithms) = (0.0, 0.0);
+    for &leaf in &subject.leaves {
+        let irradiance = subject.solution.light.irradiance[leaf as usize].max_element() as f64;
+        if irradiance > 0.0 {
+            let received = irradiance * subject.area(leaf);
+            power += received;
+            logarithms += received * irradiance.ln();
+        }
+    }
+    if power > 0.0 { (logarithms / power).exp() as f32 } else { 0.0 }
+}
+
+/// For each cluster, the area that its surfaces turn towards each direction, local units.
+pub(super) fn faces(subject: &Subject<'_>) -> Vec<CosineLobes> {
+    let hierarchy = subject.hierarchy;
+    let mut faces = vec![CosineLobes::default(); hierarchy.nodes.len()];
+    for (index, node) in hierarchy.nodes.iter().enumerate().rev() {
+        if node.is_leaf() {
+            let normal = hierarchy.facets[node.first as usize].plane.normal.as_vec3();
+            let area = Vec3::splat(node.area);
+            faces[index].add(normal, area);
+            if hierarchy.sides() == 2 {
+                faces[index].add(-normal, area);
+            }
+        } else {
+            for child in node.children(index as u32) {
+                let below = faces[child as usize];
+                faces[index].merge(&below);
+            }
+        }
+    }
+    faces
+}

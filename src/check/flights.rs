@@ -1,0 +1,94 @@
+//! Rays that carry the light of a solution one step, from where it leaves to where it lands. They know
+//! nothing of links, so they can judge them.
+
+use super::subject::{Lottery, Subject, lifted};
+use crate::hierarchy::Side;
+use crate::math::{PairSequence, cosine_direction};
+use crate::tracer::{PACKET, Ray};
+use rayon::prelude::*;
+
+/// Rays, each standing for the same power: what becomes of a share p of the light is found to within
+/// √(p/RAYS) of all, 0.2 % of it at most.
+pub(super) const RAYS: u32 = 1 << 18;
+
+/// Where the light of one ray ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Landing {
+    /// It met nothing.
+    Escaped,
+    /// On the back of a one-sided surface, which takes no part.
+    OnBack,
+    /// On a leaf element.
+    On(u32),
+}
+
+/// One ray.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Flight {
+    /// Leaf element that it left.
+    pub(super) from: u32,
+    pub(super) landing: Landing,
+}
+
+/// All light on its way.
+pub(super) struct Flights {
+    pub(super) all: Vec<Flight>,
+    /// Power that each stands for: sum over channels, local areas.
+    pub(super) power: f64,
+}
+
+impl Flights {
+    /// Power of all light on its way: what all surfaces send out.
+    pub(super) fn sent(&self) -> f64 {
+        self.power * self.all.len() as f64
+    }
+
+    /// Power of the flights that `is_counted` counts.
+    pub(super) fn power_of(&self, is_counted: impl Fn(&Flight) -> bool) -> f64 {
+        self.power * self.all.iter().filter(|flight| is_counted(flight)).count() as f64
+    }
+}
+
+/// Sends the light of all leaf elements on its way; the same rays for any number of threads.
+pub(super) fn flights(subject: &Subject<'_>) -> Flights {
+    let exitance = &subject.solution.light.exitance;
+    let lottery =
+        Lottery::new(&subject.leaves, |e| exitance[e as usize].element_sum() as f64 * subject.area(e));
+    if lottery.total <= 0.0 {
+        return Flights { all: Vec::new(), power: 0.0 };
+    }
+    let sequence = PairSequence::new(2);
+    let all = (0..RAYS / PACKET as u32)
+        .into_par_iter()
+        .flat_map_iter(|packet| {
+            let mut from = [0; PACKET];
+            let rays: [Ray; PACKET] = std::array::from_fn(|i| {
+                let index = packet * PACKET as u32 + i as u32;
+                from[i] = lottery.pick((index as f64 + 0.5) / RAYS as f64);
+                let [u, v, s, t] = sequence.point(index);
+                let piece = subject.piece(from[i]);
+                let normal = piece.plane.normal;
+                let origin = lifted(piece.polygon.point_at(u, v), normal).as_vec3();
+                Ray { origin, direction: cosine_direction(normal, s, t) }
+            });
+            let landings = landings(subject, &rays);
+            (0..PACKET).map(move |i| Flight { from: from[i], landing: landings[i] })
+        })
+        .collect();
+    Flights { all, power: lottery.total / RAYS as f64 }
+}
+
+/// Where rays end.
+pub(super) fn landings(subject: &Subject<'_>, rays: &[Ray; PACKET]) -> [Landing; PACKET] {
+    let (hierarchy, forest) = (subject.hierarchy, &subject.solution.forest);
+    let mut hits = [None; PACKET];
+    subject.tracer.first_hits(rays, &mut hits);
+    std::array::from_fn(|i| {
+        let (Some(hit), ray) = (hits[i], &rays[i]) else { return Landing::Escaped };
+        let direction = ray.direction.as_dvec3();
+        let back = hierarchy.facets[hit.facet as usize].plane.normal.dot(direction) > 0.0;
+        let point = ray.origin.as_dvec3() + direction * hit.t as f64;
+        let leaf = forest.leaf_at(hierarchy, Side { facet: hit.facet, back }, point);
+        leaf.map_or(Landing::OnBack, |leaf| Landing::On(leaf.id()))
+    })
+}

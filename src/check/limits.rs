@@ -1,0 +1,94 @@
+//! What a right solution may get wrong. What is exact has one limit; what is an approximation has one for
+//! each quality, and a draft may exceed it: it is rough then, not wrong.
+
+/// The largest values that pass; shares are relative to 1. `docs/check.md` gives the reasons at length.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// Whether the approximations have to keep their limits.
+    pub(super) is_binding: bool,
+    /// Light between surfaces that see each other although no link joins them, of all light sent out: rays
+    /// that were all blocked are believed where little light rests on them.
+    pub(super) unlinked: f64,
+    /// Light that links of one kind lose or make against rays, summed over the kinds, of all light sent
+    /// out. Kinds can balance each other, so this is less strict than the balance.
+    pub(super) by_kind: f64,
+    /// Mean relative error of form factors between elements: the quadrature has one or four points.
+    pub(super) factor: f64,
+    /// Light that one form factor gets wrong, of all light sent out.
+    pub(super) one_factor: f64,
+    /// Mean excess of row sums over 1.05, weighted by light: the quadrature between surfaces that nearly
+    /// touch.
+    pub(super) row_excess: f64,
+    /// Difference of the mean row sum from the share of the hemisphere that rays find covered.
+    pub(super) row_sum: f64,
+    /// Light that is held back where row sums are too large, of all light sent out.
+    pub(super) withheld: f64,
+    /// Light lost or made between leaving one surface and arriving at the next, of all light sent out.
+    pub(super) balance: f64,
+}
+
+impl Limits {
+    /// For `--quality draft`.
+    pub const DRAFT: Limits = Limits {
+        is_binding: false,
+        unlinked: 0.05,
+        by_kind: 0.12,
+        factor: 0.02,
+        one_factor: 5e-3,
+        row_excess: 5e-3,
+        row_sum: 0.05,
+        withheld: 0.02,
+        balance: 0.05,
+    };
+
+    /// For `--quality normal`.
+    pub const NORMAL: Limits = Limits {
+        is_binding: true,
+        unlinked: 5e-3,
+        by_kind: 0.015,
+        factor: 5e-3,
+        one_factor: 5e-4,
+        row_excess: 2e-3,
+        row_sum: 0.01,
+        withheld: 5e-3,
+        balance: 0.01,
+    };
+
+    /// For `--quality high`.
+    pub const HIGH: Limits = Limits {
+        is_binding: true,
+        unlinked: 2.5e-3,
+        by_kind: 0.01,
+        factor: 5e-3,
+        one_factor: 2.5e-4,
+        row_excess: 2e-3,
+        row_sum: 0.01,
+        withheld: 5e-3,
+        balance: 5e-3,
+    };
+}
+
+/// Blocked segments between nodes that are proved to see each other, of all segments. A proof has no
+/// exceptions, but a ray along the edge of an occluder is decided by rounding.
+pub(super) const PROOF: f64 = 1e-5;
+
+/// A form factor between elements is a share of a hemisphere; beyond this it is no rounding.
+pub(super) const MOST_FACTOR: f32 = 1.001;
+
+/// Light that links carry beyond what would arrive if nothing stood in between, of all light sent out.
+/// Rays weigh a source by how bright it is point by point, and the light changes a little afterwards.
+pub(super) const UNOBSTRUCTED: f64 = 5e-4;
+
+/// Mean difference between A_i F_ij and A_j F_ji, relative to the mean of both. Of touching elements, both
+/// ways are computed over the larger one; of others, the smaller one is described by a few points.
+pub(super) const RECIPROCITY: f64 = 5e-3;
+
+/// Largest relative difference between an exitance and emission + reflectance × irradiance: single
+/// precision.
+pub(super) const REFLECTION: f64 = 1e-6;
+
+/// Irradiance that is not what the links carry, of all light sent out: what still changes.
+pub(super) const RESIDUAL: f64 = 1e-3;
+
+/// Power that still changed in the last iteration, of the emitted: from here on a solution warns.
+pub(super) const UNSETTLED: f64 = 0.01;

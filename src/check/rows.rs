@@ -1,0 +1,181 @@
+//! Row sums: the share of its hemisphere that the links of an element cover.
+
+use super::carried::even_light;
+use super::flights::{Landing, landings};
+use super::subject::{Lottery, Subject, fraction, lifted};
+use crate::math::{CosineLobes, PairSequence, cosine_direction, hash_pair};
+use crate::radiosity::{Light, Link, LinkClass, direction};
+use crate::tracer::{Candidates, FilterAudit, NO_FACET, PACKET, Ray, Segment};
+use rayon::prelude::*;
+
+/// Elements whose rows are compared with rays.
+const ROWS: u32 = 512;
+
+/// Rays over the hemisphere of each.
+const RAYS: u32 = 256;
+
+/// Segments for each partial link.
+const SEGMENTS: u32 = 16;
+
+/// Row sums between 1 and this are what quadrature gets wrong in the corners of a room.
+pub(super) const MOST: f64 = 1.05;
+
+/// Keeps the weight of segments finite where two nodes touch, squared local length.
+const SOFTENING: f64 = 1e-9;
+
+/// The row of one element.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Row {
+    pub(super) element: u32,
+    /// Share of its hemisphere that links cover.
+    pub(super) linked: f64,
+    /// Share in which rays meet a surface.
+    pub(super) found: f64,
+}
+
+/// Rows of leaf elements, picked by the light they receive. Surfaces that send out next to no light do not
+/// count: of them the links need not know.
+///
+/// The visibility that a link stores is a share of the light, not of the hemisphere: what is bright counts
+/// for more. So partial links count with the share of segments that are clear.
+pub(super) fn rows(subject: &Subject<'_>) -> Vec<Row> {
+    let even = even_light(subject);
+    let light = &subject.solution.light;
+    let lottery = Lottery::new(&subject.leaves, |e| {
+        light.irradiance[e as usize].element_sum() as f64 * subject.area(e)
+    });
+    if lottery.total <= 0.0 {
+        return Vec::new();
+    }
+    (0..ROWS)
+        .into_par_iter()
+        .map(|index| {
+            let element = lottery.pick((index as f64 + 0.5) / ROWS as f64);
+            Row {
+                element,
+                linked: covered_by_links(subject, element, &even),
+                found: covered_by_rays(subject, element, &even, index),
+            }
+        })
+        .collect()
+}
+
+fn covered_by_links(subject: &Subject<'_>, element: u32, even: &Light) -> f64 {
+    let (hierarchy, forest) = (subject.hierarchy, &subject.solution.forest);
+    let (mut sum, mut lobes) = (0.0, CosineLobes::default());
+    for receiver in subject.lineage(subject.node(element)) {
+        for link in subject.solution.links.of(receiver) {
+            let mut link = *link;
+            if link.class == LinkClass::Partial {
+                link.visibility = clear_share(subject, element, &link, even) as f32;
+            }
+            let covered = even.carried(hierarchy, forest, &link);
+            match subject.element(receiver) {
+                Some(_) => sum += covered.x as f64,
+                None => lobes.add(direction(hierarchy, forest, &link), covered),
+            }
+        }
+    }
+    sum + lobes.evaluate(subject.piece(element).plane.normal.as_vec3()).x as f64
+}
+
+/// Share of the segments to the source of a link that are clear, weighted by the kernel.
+fn clear_share(subject: &Subject<'_>, element: u32, link: &Link, even: &Light) -> f64 {
+    let receiver = subject.piece(element);
+    let seed = hash_pair(element as u64, link.source as u64);
+    let sequence = PairSequence::new(seed);
+    let segments: Vec<(Segment, f64)> = (0..SEGMENTS)
+        .filter_map(|index| {
+            let [a, b, c, d] = sequence.point(index);
+            let leaf = subject.leaf_below(link.source, fraction(seed, index as u64));
+            let source = subject.piece(leaf);
+            let (from, to) = (receiver.polygon.point_at(a, b), source.polygon.point_at(c, d));
+            let heights = [receiver.plane.distance(to), source.plane.distance(from)];
+            if heights[0] <= 0.0 || heights[1] <= 0.0 || even.exitance[leaf as usize].x <= 0.0 {
+                return None;
+            }
+            let skip = [receiver.side.facet, source.side.facet];
+            let segment = Segment { from: from.as_vec3(), to: to.as_vec3(), skip };
+            let distance_squared = from.distance_squared(to) + SOFTENING;
+            Some((segment, heights[0] * heights[1] / (distance_squared * distance_squared)))
+        })
+        .collect();
+    let (mut clear, mut all) = (0.0, 0.0);
+    for packet in segments.chunks(PACKET) {
+        let rays: Vec<Segment> = packet.iter().map(|(segment, _)| *segment).collect();
+        let mut blockers = [NO_FACET; PACKET];
+        let blockers = &mut blockers[..rays.len()];
+        subject.tracer.blockers(&rays, Candidates::All, blockers, &mut FilterAudit::default());
+        for (&blocker, (_, weight)) in blockers.iter().zip(packet) {
+            all += weight;
+            clear += if blocker == NO_FACET { *weight } else { 0.0 };
+        }
+    }
+    if all > 0.0 { clear / all } else { 1.0 }
+}
+
+fn covered_by_rays(subject: &Subject<'_>, element: u32, even: &Light, index: u32) -> f64 {
+    let piece = subject.piece(element);
+    let normal = piece.plane.normal;
+    let sequence = PairSequence::new(hash_pair(index as u64, 3));
+    let met: usize = (0..RAYS / PACKET as u32)
+        .map(|packet| {
+            let rays: [Ray; PACKET] = std::array::from_fn(|i| {
+                let [u, v, s, t] = sequence.point(packet * PACKET as u32 + i as u32);
+                let origin = lifted(piece.polygon.point_at(u, v), normal).as_vec3();
+                Ray { origin, direction: cosine_direction(normal, s, t) }
+            });
+            let is_lit =
+                |on: &Landing| matches!(on, Landing::On(leaf) if even.exitance[*leaf as usize].x > 0.0);
+            landings(subject, &rays).iter().filter(|landing| is_lit(landing)).count()
+        })
+        .sum();
+    met as f64 / RAYS as f64
+}
+
+/// How much row sums exceed [`MOST`].
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Excess {
+    /// Mean over all leaf elements, weighted by the light they receive.
+    pub(super) mean: f64,
+    /// The largest row sum, and its element.
+    pub(super) largest: f64,
+    pub(super) element: u32,
+}
+
+/// Row sums of all leaf elements over the elements they see in full: those cannot overlap, so their form
+/// factors add up to 1 at most.
+pub(super) fn excess(subject: &Subject<'_>) -> Excess {
+    let solution = subject.solution;
+    let forest = &solution.forest;
+    let is_full = |link: &&Link| {
+        let is_visible = matches!(link.class, LinkClass::Visible | LinkClass::CertifiedVisible);
+        is_visible && subject.element(link.source).is_some()
+    };
+    let mut sums: Vec<f64> = (0..forest.len() as u32)
+        .into_par_iter()
+        .map(|element| {
+            let links = solution.links.of(subject.node(element)).iter();
+            links.filter(is_full).map(|link| link.factor as f64).sum()
+        })
+        .collect();
+    for element in 0..sums.len() {
+        let (second, own) = (forest.second[element] as usize, sums[element]);
+        if second != 0 {
+            sums[element + 1] += own;
+            sums[second] += own;
+        }
+    }
+    let (mut found, mut beyond, mut light) = (Excess::default(), 0.0, 0.0);
+    for &leaf in &subject.leaves {
+        let sum = sums[leaf as usize];
+        let received = solution.light.irradiance[leaf as usize].element_sum() as f64 * subject.area(leaf);
+        light += received;
+        beyond += (sum - MOST).max(0.0) * received;
+        if sum > found.largest {
+            (found.largest, found.element) = (sum, leaf);
+        }
+    }
+    found.mean = if light > 0.0 { beyond / light } else { 0.0 };
+    found
+}

@@ -1,0 +1,205 @@
+//! What is checked, and who lies in what: the nodes above every element, and leaf elements below nodes.
+
+use crate::hierarchy::{Hierarchy, NodeKind, TOLERANCE};
+use crate::math::hash_pair;
+use crate::radiosity::{Link, Piece, Solution};
+use crate::tracer::Tracer;
+use glam::{DVec3, Vec3};
+use std::f32::consts::PI;
+
+/// How far above its surface a ray starts, local length: beyond rounding.
+const LIFT: f64 = 5.0 * TOLERANCE;
+
+/// The root has no parent.
+const NONE: u32 = u32::MAX;
+
+/// A solution with the scene it belongs to. Nodes have the ids that links use: clusters, then elements.
+pub(super) struct Subject<'a> {
+    pub(super) hierarchy: &'a Hierarchy,
+    pub(super) tracer: &'a dyn Tracer,
+    pub(super) solution: &'a Solution,
+    /// Elements that are not split, in the order of their ids.
+    pub(super) leaves: Vec<u32>,
+    /// The node that each node is a part of.
+    parents: Vec<u32>,
+}
+
+impl<'a> Subject<'a> {
+    pub(super) fn new(
+        hierarchy: &'a Hierarchy,
+        tracer: &'a dyn Tracer,
+        solution: &'a Solution,
+    ) -> Subject<'a> {
+        let forest = &solution.forest;
+        let clusters = hierarchy.nodes.len() as u32;
+        let mut parents = vec![NONE; hierarchy.nodes.len() + forest.len()];
+        for (index, node) in hierarchy.nodes.iter().enumerate() {
+            let index = index as u32;
+            match node.kind(index) {
+                NodeKind::Leaf(facet) => {
+                    for side in forest.sides_of(facet) {
+                        parents[(clusters + forest.first_element[side]) as usize] = index;
+                    }
+                }
+                NodeKind::Cluster(children) => {
+                    children.into_iter().for_each(|child| parents[child as usize] = index);
+                }
+            }
+        }
+        for (element, &second) in (clusters..).zip(&forest.second) {
+            if second != 0 {
+                parents[element as usize + 1] = element;
+                parents[(clusters + second) as usize] = element;
+            }
+        }
+        let leaves = (0..forest.len() as u32).filter(|&e| forest.second[e as usize] == 0).collect();
+        Subject { hierarchy, tracer, solution, leaves, parents }
+    }
+
+    /// The element that a node is, or `None` for a cluster.
+    pub(super) fn element(&self, node: u32) -> Option<u32> {
+        node.checked_sub(self.hierarchy.nodes.len() as u32)
+    }
+
+    /// The node that an element is.
+    pub(super) fn node(&self, element: u32) -> u32 {
+        self.hierarchy.nodes.len() as u32 + element
+    }
+
+    /// A node and all nodes that it is a part of, upwards.
+    pub(super) fn lineage(&self, node: u32) -> impl Iterator<Item = u32> + Clone + '_ {
+        std::iter::successors(Some(node), |&n| Some(self.parents[n as usize]).filter(|&p| p != NONE))
+    }
+
+    /// The links that cover a pair of elements: those from a node that holds the source to one that
+    /// holds the receiver.
+    pub(super) fn links_between(&self, receiver: u32, source: u32) -> impl Iterator<Item = &'a Link> + '_ {
+        let sources = self.lineage(self.node(source));
+        let links = &self.solution.links;
+        self.lineage(self.node(receiver)).filter(|&r| !links.of(r).is_empty()).flat_map(move |r| {
+            let of = links.of(r);
+            sources.clone().flat_map(move |s| {
+                let first = of.partition_point(|link| link.source < s);
+                of[first..].iter().take_while(move |link| link.source == s)
+            })
+        })
+    }
+
+    /// The leaf element below a node that `at`, in [0, 1), points to when all its area is laid in a row.
+    pub(super) fn leaf_below(&self, node: u32, at: f64) -> u32 {
+        let forest = &self.solution.forest;
+        let (mut node, mut at) = (node, at);
+        let mut descend = |parts: [u32; 2], areas: [f32; 2]| {
+            let share = (areas[0] / (areas[0] + areas[1]).max(f32::MIN_POSITIVE)) as f64;
+            if at < share {
+                at /= share;
+                parts[0]
+            } else {
+                at = ((at - share) / (1.0 - share).max(f64::MIN_POSITIVE)).min(1.0 - f64::EPSILON);
+                parts[1]
+            }
+        };
+        let nodes = &self.hierarchy.nodes;
+        let mut element = loop {
+            if let Some(element) = self.element(node) {
+                break element;
+            }
+            match nodes[node as usize].kind(node) {
+                NodeKind::Cluster(parts) => {
+                    node = descend(parts, parts.map(|part| nodes[part as usize].area));
+                }
+                NodeKind::Leaf(facet) => {
+                    let sides = forest.sides_of(facet);
+                    let parts = [sides.start, sides.end - 1].map(|side| forest.first_element[side]);
+                    break descend(parts, [1.0; 2]);
+                }
+            }
+        };
+        while forest.second[element as usize] != 0 {
+            let parts = [element + 1, forest.second[element as usize]];
+            element = descend(parts, parts.map(|part| forest.area[part as usize]));
+        }
+        element
+    }
+
+    /// What an element shines by itself, W/m², and its reflectance.
+    pub(super) fn surface_of(&self, element: u32) -> (Vec3, Vec3) {
+        let forest = &self.solution.forest;
+        let side = forest.side(forest.side_of(element));
+        let material = self.hierarchy.material(side.facet);
+        let emitted = if side.back { Vec3::ZERO } else { Vec3::from(material.radiance) * PI };
+        (emitted, Vec3::from(material.reflectance))
+    }
+
+    /// Area of an element, local units.
+    pub(super) fn area(&self, element: u32) -> f64 {
+        self.solution.forest.area[element as usize] as f64
+    }
+
+    pub(super) fn piece(&self, element: u32) -> Piece<'a> {
+        self.solution.forest.piece(self.hierarchy, element)
+    }
+
+    /// Where an element is, for people: the middle of it in scene units, and its material.
+    pub(super) fn place(&self, element: u32) -> String {
+        let piece = self.piece(element);
+        let center = self.hierarchy.frame.scene_from_local(piece.polygon.center());
+        let material = &self.hierarchy.material(piece.side.facet).name;
+        let side = if piece.side.back { ", back" } else { "" };
+        format!("({:.4} {:.4} {:.4}), material {material}{side}", center.x, center.y, center.z)
+    }
+
+    /// The two ends of a link, for people.
+    pub(super) fn places(&self, link: &Link) -> String {
+        let end = |node: u32| match self.element(node) {
+            Some(element) => self.place(element),
+            None => {
+                let node = &self.hierarchy.nodes[node as usize];
+                let center = self.hierarchy.frame.scene_from_local(node.center.as_dvec3());
+                let facets = node.end - node.first;
+                format!("({:.4} {:.4} {:.4}), cluster of {facets}", center.x, center.y, center.z)
+            }
+        };
+        format!("to {} from {}", end(link.receiver), end(link.source))
+    }
+}
+
+/// Leaf elements, to be picked with a probability proportional to a weight.
+pub(super) struct Lottery<'a> {
+    leaves: &'a [u32],
+    /// Sum of the weights up to and with each leaf.
+    sums: Vec<f64>,
+    pub(super) total: f64,
+}
+
+impl<'a> Lottery<'a> {
+    /// Weights that are not positive numbers count as 0.
+    pub(super) fn new(leaves: &'a [u32], weight: impl Fn(u32) -> f64) -> Lottery<'a> {
+        let mut total = 0.0;
+        let sums = leaves
+            .iter()
+            .map(|&leaf| {
+                let weight = weight(leaf);
+                total += if weight > 0.0 && weight.is_finite() { weight } else { 0.0 };
+                total
+            })
+            .collect();
+        Lottery { leaves, sums, total }
+    }
+
+    /// The leaf that `at`, in [0, 1), points to when all weights are laid in a row.
+    pub(super) fn pick(&self, at: f64) -> u32 {
+        let target = at * self.total;
+        self.leaves[self.sums.partition_point(|&sum| sum <= target).min(self.leaves.len() - 1)]
+    }
+}
+
+/// A number in [0, 1) that looks random and depends on both.
+pub(super) fn fraction(seed: u64, salt: u64) -> f64 {
+    (hash_pair(seed, salt) >> 11) as f64 / (1u64 << 53) as f64
+}
+
+/// A point of a surface, just above it.
+pub(super) fn lifted(point: DVec3, normal: DVec3) -> DVec3 {
+    point + normal * LIFT
+}
