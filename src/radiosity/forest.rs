@@ -17,6 +17,9 @@ pub struct Forest {
     cuts: Cuts,
     /// First element of each side, with the total number at the end.
     pub first_element: Vec<u32>,
+    /// First element of the cell each element belongs to: of its side, or of the part of it between the
+    /// lines it is cut along. An element of several cells has itself.
+    pub cell: Vec<u32>,
     /// Second half of each element, 0 for a leaf.
     pub second: Vec<u32>,
     /// Area of each element, local units.
@@ -41,6 +44,8 @@ pub struct Piece<'a> {
     pub key: u64,
     /// How it is divided.
     pub(super) cut: u32,
+    /// See [`Forest::cell`].
+    pub(super) cell: u32,
 }
 
 impl<'a> Piece<'a> {
@@ -55,12 +60,18 @@ impl<'a> Piece<'a> {
             side: self.side,
             key: hash_pair(self.key, half as u64 + 1),
             cut: division.cuts[half],
+            cell: if self.cut == NO_CUT { self.cell } else { trees[half].id() },
         })
     }
 
     /// The outlines of both halves.
     pub fn division(&self, forest: &Forest) -> Division {
         forest.divide(&self.polygon, self.cut)
+    }
+
+    /// Whether it is not cut any more, and not part of what is not.
+    pub(super) fn is_cell(&self) -> bool {
+        self.cut == NO_CUT && self.cell == self.id()
     }
 
     /// The id of the element at this moment.
@@ -78,6 +89,7 @@ impl Forest {
             trees: (0..count).map(ElementTree::new).collect(),
             cuts: Cuts::of(hierarchy),
             first_element: Vec::new(),
+            cell: Vec::new(),
             second: Vec::new(),
             area: Vec::new(),
             center: Vec::new(),
@@ -140,7 +152,8 @@ impl Forest {
         let (polygon, plane) =
             if side.back { (polygon.flipped(), plane.flipped()) } else { (polygon, plane) };
         let cut = self.cuts.first(side.facet);
-        Piece { tree: &self.trees[index], polygon, plane, side, key: hash_pair(index as u64, 0), cut }
+        let tree = &self.trees[index];
+        Piece { tree, polygon, plane, side, key: hash_pair(index as u64, 0), cut, cell: tree.id() }
     }
 
     /// The number of the side an element belongs to.
@@ -178,20 +191,19 @@ impl Forest {
         let total = *self.next_id.get_mut() as usize;
         let mut new_from_old = vec![0; total];
         let mut first_element = Vec::with_capacity(self.trees.len() + 1);
+        let mut cell = Vec::with_capacity(total);
         let mut second = Vec::with_capacity(total);
         let mut area = Vec::with_capacity(total);
         let mut center = Vec::with_capacity(total);
         let mut stack = Vec::new();
         for (index, tree) in self.trees.iter().enumerate() {
             first_element.push(second.len() as u32);
-            stack.push((
-                tree,
-                self.root(hierarchy, index).polygon,
-                self.cuts.first(self.side(index).facet),
-                None,
-            ));
-            while let Some((tree, polygon, cut, parent)) = stack.pop() {
+            let root = self.root(hierarchy, index);
+            stack.push((tree, root.polygon, root.cut, None, None));
+            while let Some((tree, polygon, cut, own_cell, parent)) = stack.pop() {
                 let id = second.len() as u32;
+                let own_cell = own_cell.unwrap_or(id);
+                cell.push(own_cell);
                 if let Some(parent) = parent {
                     second[parent as usize] = id;
                 }
@@ -203,14 +215,16 @@ impl Forest {
                 if let Some([a, b]) = tree.halves() {
                     let Division { parts: [first_half, second_half], cuts, .. } =
                         self.cuts.divide(&polygon, cut);
-                    stack.push((b, second_half, cuts[1], Some(id)));
-                    stack.push((a, first_half, cuts[0], None));
+                    let below = (cut == NO_CUT).then_some(own_cell);
+                    stack.push((b, second_half, cuts[1], below, Some(id)));
+                    stack.push((a, first_half, cuts[0], below, None));
                 }
             }
         }
         first_element.push(second.len() as u32);
         debug_assert_eq!(second.len(), total);
         self.first_element = first_element;
+        self.cell = cell;
         self.second = second;
         self.area = area;
         self.center = center;

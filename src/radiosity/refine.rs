@@ -192,8 +192,8 @@ impl<'a> Refiner<'a> {
             let irradiance = link.factor as f64 * exitance;
             let uneven = 0.5 * (link.factor * self.light.variation[source]) as f64;
             let error = 0.5 * link.spread as f64 * exitance + uneven;
-            let side = self.forest.side_of(link.receiver - clusters);
-            let limits = self.limits_at(self.irradiance_of(side));
+            let cell = self.forest.cell[(link.receiver - clusters) as usize];
+            let limits = self.limits_at(self.irradiance_of(cell));
             let shadow = link.class >= LinkClass::Partial
                 && (0.5 * irradiance > limits.irradiance || 0.25 * irradiance * area > limits.power);
             if error * area <= limits.power && uneven <= limits.irradiance && !shadow {
@@ -221,15 +221,14 @@ impl<'a> Refiner<'a> {
 
     fn limits(&self, receiver: &Party<'_>) -> Limits {
         match receiver {
-            Party::Element { piece, .. } => self
-                .limits_at(self.forest.side_index(piece.side).map_or(0.0, |side| self.irradiance_of(side))),
+            Party::Element { piece, .. } => self.limits_at(self.irradiance_of(piece.cell)),
             Party::Cluster(node) => self.limits_at(self.light.lit[*node as usize]),
         }
     }
 
-    /// Mean irradiance of a side.
-    fn irradiance_of(&self, side: usize) -> f32 {
-        self.light.irradiance[self.forest.first_element[side] as usize].max_element()
+    /// Mean irradiance of an element, largest channel.
+    fn irradiance_of(&self, element: u32) -> f32 {
+        self.light.irradiance[element as usize].max_element()
     }
 
     fn limits_at(&self, irradiance: f32) -> Limits {

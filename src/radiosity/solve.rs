@@ -321,7 +321,7 @@ fn lit_irradiance(light: &Light, forest: &Forest) -> Option<f64> {
 const WEIGHED_AGAIN: [u32; 4] = [1, 4, 16, 64];
 
 /// Stray light is looked for after these.
-const LOOKED_FOR_STRAYS: [u32; 4] = [1, 3, 7, 20];
+const LOOKED_FOR_STRAYS: [u32; 2] = [1, 6];
 
 /// Rays for a group of surfaces in which stray light is looked for, over those of a pair.
 const STRAY_RAYS: u32 = 16;

@@ -8,18 +8,24 @@ use super::links::LinkSet;
 use super::transport::Light;
 use crate::hierarchy::{Hierarchy, NodeKind, Side};
 use crate::math::{PairSequence, cosine_direction, hash_pair};
-use crate::tracer::{Departure, NO_FACET, PACKET, Ray, Tracer, departing_hits};
+use crate::tracer::{Departure, PACKET, Ray, Tracer, departing_hits};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 /// A group of surfaces has about this share of the area of a wall.
-const GROUP: f64 = 1.0 / 64.0;
+const GROUP: f64 = 1.0 / 16.0;
 
 /// Fewest rays for a group.
 const FEWEST: u32 = 32;
 
+/// A large surface is a group by itself, with at most this many times the rays.
+const LARGEST: f64 = 4.0;
+
 /// No group receives more than this times what its links bring.
-const MOST: f32 = 4.0;
+const MOST: f64 = 4.0;
+
+/// Gains are rounded to this part of 1.
+const STEPS: f64 = 1024.0;
 
 /// What each element receives, over what its links bring.
 #[derive(Clone, Debug)]
@@ -37,7 +43,7 @@ impl Strays {
         self.0[element as usize]
     }
 
-    /// Looks for stray light in groups of about `wall_area` / 64, with up to `rays` rays each.
+    /// Looks for stray light in groups of about `wall_area` / 16, with up to `rays` rays each.
     pub(super) fn found(
         scene: &Watched<'_>,
         wall_area: f64,
@@ -52,8 +58,8 @@ impl Strays {
             .map_init(
                 || Covered { stamp: 0, marks: vec![0; scene.hierarchy.nodes.len() + scene.forest.len()] },
                 |covered, group| {
-                    let count = (rays as f64 * (group.area / group_area).min(1.0)) as u32;
-                    let count = count.max(FEWEST).next_multiple_of(PACKET as u32);
+                    let count = rays as f64 * (group.area / group_area).min(LARGEST);
+                    let count = (count as u32).max(FEWEST).next_multiple_of(PACKET as u32);
                     let gain = scene.gain(group, count, before, covered);
                     advance(1);
                     gain
@@ -62,8 +68,10 @@ impl Strays {
             .collect();
         let mut strays = Strays::none(scene.forest.len());
         for (group, gain) in groups.iter().zip(gains) {
-            for leaf in &group.leaves {
-                strays.0[leaf.element as usize] = gain;
+            for cell in &group.cells {
+                let first = cell.element as usize;
+                let elements = scene.forest.cell[first..].iter().take_while(|&&c| c == cell.element).count();
+                strays.0[first..first + elements].fill(gain);
             }
         }
         strays
@@ -79,16 +87,19 @@ pub(super) struct Watched<'a> {
     pub(super) tracer: &'a dyn Tracer,
 }
 
-/// A leaf element and the nodes above it that lie within its group.
-struct Leaf {
+/// A side, or the part of it between the lines it is cut along.
+struct Cell {
+    /// Its first element.
     element: u32,
     side: u32,
+    /// The nodes above it that lie within its group.
     chain: Vec<u32>,
 }
 
-/// Surfaces that are looked at together.
+/// Surfaces that are looked at together. Groups hold whole cells, so that it does not matter how finely
+/// these are divided.
 struct Group {
-    leaves: Vec<Leaf>,
+    cells: Vec<Cell>,
     /// Nodes above all of it.
     above: Vec<u32>,
     area: f64,
@@ -111,72 +122,50 @@ impl Watched<'_> {
 
     fn groups_of(&self, index: u32, most: f64, above: &mut Vec<u32>, groups: &mut Vec<Group>) {
         let node = &self.hierarchy.nodes[index as usize];
-        let sides = self.hierarchy.sides() as f64;
-        if node.area as f64 * sides <= most {
-            let mut group =
-                Group { leaves: Vec::new(), above: above.clone(), area: node.area as f64 * sides };
-            self.collect(index, &mut Vec::new(), &mut group);
+        let area = node.area as f64 * self.hierarchy.sides() as f64;
+        if area <= most {
+            let mut group = Group { cells: Vec::new(), above: above.clone(), area };
+            self.collect(index, &mut Vec::new(), &mut group.cells);
             groups.push(group);
             return;
         }
-        above.push(index);
         match node.kind(index) {
             NodeKind::Cluster(children) => {
+                above.push(index);
                 children.into_iter().for_each(|child| self.groups_of(child, most, above, groups));
+                above.pop();
             }
-            NodeKind::Leaf(facet) => {
-                for side in self.forest.sides_of(facet) {
-                    self.groups_of_element(self.forest.first_element[side], side as u32, most, above, groups);
-                }
+            NodeKind::Leaf(_) => {
+                let mut cells = Vec::new();
+                self.collect(index, &mut Vec::new(), &mut cells);
+                groups.extend(cells.into_iter().map(|cell| {
+                    let area = self.forest.area[cell.element as usize] as f64;
+                    Group { cells: vec![cell], above: above.clone(), area }
+                }));
             }
         }
-        above.pop();
     }
 
-    fn groups_of_element(
-        &self,
-        element: u32,
-        side: u32,
-        most: f64,
-        above: &mut Vec<u32>,
-        groups: &mut Vec<Group>,
-    ) {
-        let (area, second) =
-            (self.forest.area[element as usize] as f64, self.forest.second[element as usize]);
-        if area <= most || second == 0 {
-            let mut group = Group { leaves: Vec::new(), above: above.clone(), area };
-            self.collect_elements(element, side, &mut Vec::new(), &mut group);
-            groups.push(group);
-            return;
-        }
-        above.push(self.node_of(element));
-        for half in [element + 1, second] {
-            self.groups_of_element(half, side, most, above, groups);
-        }
-        above.pop();
-    }
-
-    fn collect(&self, index: u32, chain: &mut Vec<u32>, group: &mut Group) {
+    fn collect(&self, index: u32, chain: &mut Vec<u32>, cells: &mut Vec<Cell>) {
         chain.push(index);
         match self.hierarchy.nodes[index as usize].kind(index) {
-            NodeKind::Cluster(children) => children.into_iter().for_each(|c| self.collect(c, chain, group)),
+            NodeKind::Cluster(children) => children.into_iter().for_each(|c| self.collect(c, chain, cells)),
             NodeKind::Leaf(facet) => {
                 for side in self.forest.sides_of(facet) {
-                    self.collect_elements(self.forest.first_element[side], side as u32, chain, group);
+                    self.collect_cells(self.forest.root(self.hierarchy, side), side as u32, chain, cells);
                 }
             }
         }
         chain.pop();
     }
 
-    fn collect_elements(&self, element: u32, side: u32, chain: &mut Vec<u32>, group: &mut Group) {
-        chain.push(self.node_of(element));
-        match self.forest.second[element as usize] {
-            0 => group.leaves.push(Leaf { element, side, chain: chain.clone() }),
-            second => {
-                [element + 1, second].into_iter().for_each(|e| self.collect_elements(e, side, chain, group))
-            }
+    fn collect_cells(&self, piece: Piece<'_>, side: u32, chain: &mut Vec<u32>, cells: &mut Vec<Cell>) {
+        if piece.is_cell() {
+            cells.push(Cell { element: piece.id(), side, chain: chain.clone() });
+            return;
         }
+        chain.push(self.node_of(piece.id()));
+        piece.halves(self.forest).into_iter().for_each(|half| self.collect_cells(half, side, chain, cells));
         chain.pop();
     }
 
@@ -186,93 +175,101 @@ impl Watched<'_> {
 
     /// What a group receives over what its links bring.
     fn gain(&self, group: &Group, count: u32, before: &Strays, covered: &mut Covered) -> f32 {
-        let mut sum = 0.0;
-        let sums: Vec<f64> = group
-            .leaves
-            .iter()
-            .map(|leaf| {
-                sum += self.forest.area[leaf.element as usize] as f64;
-                sum
-            })
-            .collect();
+        let area = |cell: &Cell| self.forest.area[cell.element as usize] as f64;
         let linked: f64 = group
-            .leaves
+            .cells
             .iter()
-            .map(|leaf| {
-                let e = leaf.element as usize;
-                let irradiance = self.light.irradiance[e].element_sum() / before.gain(leaf.element);
-                (irradiance * self.forest.area[e]) as f64
+            .map(|cell| {
+                let irradiance = self.light.irradiance[cell.element as usize].element_sum();
+                (irradiance / before.gain(cell.element)) as f64 * area(cell)
             })
             .sum();
         if linked <= 0.0 {
             return 1.0;
         }
-        let seed = group.leaves.first().map_or(0, |leaf| leaf.element as u64);
-        let sequence = PairSequence::new(hash_pair(seed, 0x57_72_61_79));
+        let mut sum = 0.0;
+        let sums: Vec<f64> = group
+            .cells
+            .iter()
+            .map(|cell| {
+                sum += area(cell);
+                sum
+            })
+            .collect();
         covered.begin();
         group.above.iter().for_each(|&node| covered.mark(self.links, node));
         let common = covered.stamp;
+        let (mut marked, mut own) = (usize::MAX, common);
+        let first_cell = group.cells.first().map_or(0, |cell| cell.side as u64);
+        let sequence = PairSequence::new(hash_pair(first_cell, 0x57_72_61_79));
         let mut stray = 0.0;
-        let mut current: Option<(usize, Piece<'_>)> = None;
         for first in (0..count).step_by(PACKET) {
-            let nowhere =
-                Departure { point: DVec3::ZERO, normal: DVec3::Z, facet: NO_FACET, direction: Vec3::Z };
-            let mut departures = [nowhere; PACKET];
-            let mut owners = [0usize; PACKET];
-            for i in 0..PACKET {
-                let index = first + i as u32;
-                let at = (index as f64 + 0.5) / count as f64 * sum;
-                let leaf = sums.partition_point(|&s| s <= at).min(sums.len() - 1);
-                if current.as_ref().is_none_or(|(known, _)| *known != leaf) {
-                    let known = &group.leaves[leaf];
-                    current = Some((leaf, self.piece_of(known)));
+            let owners: [usize; PACKET] = std::array::from_fn(|i| {
+                let at = (f64::from(first + i as u32) + 0.5) / f64::from(count) * sum;
+                sums.partition_point(|&s| s <= at).min(sums.len() - 1)
+            });
+            let mut known = (owners[0], self.forest.piece(self.hierarchy, group.cells[owners[0]].element));
+            let departures: [Departure; PACKET] = std::array::from_fn(|i| {
+                let [u, v, s, t] = sequence.point(first + i as u32);
+                if known.0 != owners[i] {
+                    let piece = self.forest.piece(self.hierarchy, group.cells[owners[i]].element);
+                    known = (owners[i], piece);
                 }
-                let Some((_, piece)) = &current else { continue };
-                let [u, v, s, t] = sequence.point(index);
-                let normal = piece.plane.normal;
-                let (point, direction) = (piece.polygon.point_at(u, v), cosine_direction(normal, s, t));
-                departures[i] = Departure { point, normal, facet: piece.side.facet, direction };
-                owners[i] = leaf;
-            }
+                let piece = &known.1;
+                Departure {
+                    point: piece.polygon.point_at(u, v),
+                    normal: piece.plane.normal,
+                    facet: piece.side.facet,
+                    direction: cosine_direction(piece.plane.normal, s, t),
+                }
+            });
             let mut rays = [Ray { origin: Vec3::ZERO, direction: Vec3::Z }; PACKET];
             let mut hits = [None; PACKET];
             departing_hits(self.tracer, &departures, &mut rays, &mut hits);
-            let mut marked = usize::MAX;
-            for ((ray, hit), &owner) in rays.iter().zip(&hits).zip(&owners) {
-                let Some(hit) = hit else { continue };
+            for i in 0..PACKET {
+                let Some(hit) = hits[i] else { continue };
                 let plane = self.hierarchy.facets[hit.facet as usize].plane;
-                let back = plane.normal.dot(ray.direction.as_dvec3()) > 0.0;
+                let back = plane.normal.dot(rays[i].direction.as_dvec3()) > 0.0;
                 let side = Side { facet: hit.facet, back };
-                let point = (ray.origin + ray.direction * hit.t).as_dvec3();
+                let point = (rays[i].origin + rays[i].direction * hit.t).as_dvec3();
                 let Some(source) = self.forest.leaf_at(self.hierarchy, side, point) else { continue };
-                let id = source.id() as usize;
                 let reflectance = Vec3::from(self.hierarchy.material(hit.facet).reflectance);
-                let brought = (self.light.irradiance[id] * reflectance).element_sum() as f64;
+                let irradiance = self.light.irradiance[source.id() as usize];
+                let brought = (irradiance * reflectance).element_sum() as f64;
                 if brought <= 0.0 {
                     continue;
                 }
-                if marked != owner {
+                if marked != owners[i] {
+                    marked = owners[i];
                     covered.next();
-                    group.leaves[owner].chain.iter().for_each(|&node| covered.mark(self.links, node));
-                    marked = owner;
+                    own = covered.stamp;
+                    group.cells[marked].chain.iter().for_each(|&node| covered.mark(self.links, node));
                 }
-                if !covered.holds(self, side, id as u32, common) {
-                    stray += brought / count as f64;
+                covered.next();
+                self.mark_elements(&group.cells[marked], departures[i].point, covered);
+                if !covered.holds(self, side, source.id(), [common, own]) {
+                    stray += brought / f64::from(count);
                 }
             }
         }
-        ((linked + stray * sum) / linked).min(MOST as f64) as f32
+        // Rounded, so that what differs by rounding stays the same.
+        let gain = ((linked + stray * sum) / linked).min(MOST);
+        ((gain * STEPS).round() / STEPS) as f32
     }
 
-    /// The leaf's geometry.
-    fn piece_of(&self, leaf: &Leaf) -> Piece<'_> {
-        let mut piece = self.forest.root(self.hierarchy, leaf.side as usize);
-        while piece.id() != leaf.element {
-            let second = self.forest.second[piece.id() as usize];
+    /// Marks what covers sources for a point of a cell, from the cell down to the leaf element.
+    fn mark_elements(&self, cell: &Cell, point: DVec3, covered: &mut Covered) {
+        let mut piece = self.forest.piece(self.hierarchy, cell.element);
+        let normal = piece.plane.normal;
+        loop {
+            covered.mark(self.links, self.node_of(piece.id()));
+            if self.forest.second[piece.id() as usize] == 0 {
+                return;
+            }
+            let is_first = piece.division(self.forest).is_in_first(point, normal);
             let [a, b] = piece.halves(self.forest);
-            piece = if leaf.element < second { a } else { b };
+            piece = if is_first { a } else { b };
         }
-        piece
     }
 }
 
@@ -286,7 +283,7 @@ impl Covered {
         self.stamp += 1;
     }
 
-    /// Forgets all but what was marked since the last [`Covered::begin`] and before the first call of this.
+    /// Marks that follow are told from those before, and take their place.
     fn next(&mut self) {
         self.stamp += 1;
     }
@@ -297,11 +294,12 @@ impl Covered {
         }
     }
 
-    /// Whether a link covers the leaf element on this side: one made to it or to a node above it.
-    fn holds(&self, scene: &Watched<'_>, side: Side, leaf: u32, common: u32) -> bool {
+    /// Whether a link covers the leaf element on this side: one made to it or to a node above it, marked now
+    /// or with one of the `older` stamps.
+    fn holds(&self, scene: &Watched<'_>, side: Side, leaf: u32, older: [u32; 2]) -> bool {
         let is_marked = |node: u32| {
             let mark = self.marks[node as usize];
-            mark == self.stamp || mark == common
+            mark == self.stamp || older.contains(&mark)
         };
         let mut index = 0u32;
         loop {

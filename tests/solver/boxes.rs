@@ -21,6 +21,7 @@ impl Rectangles {
         };
         Rectangles {
             scene: Scene {
+                rectangles: Vec::new(),
                 name: name.to_owned(),
                 positions: Vec::new(),
                 triangles: Vec::new(),
