@@ -117,9 +117,11 @@ impl<'a> Reconstruction<'a> {
     fn is_parted(&self, piece: &Piece<'_>, other: &Neighbour) -> bool {
         let (from, to, normal) = (piece.polygon.center(), other.center, piece.plane.normal);
         let side = |a: DVec3, b: DVec3, point: DVec3| (b - a).cross(point - a).dot(normal) > 0.0;
-        self.hierarchy.contacts.on(piece.side.facet).iter().any(|&[a, b]| {
-            side(a, b, from) != side(a, b, to) && side(from, to, a) != side(from, to, b)
-        })
+        self.hierarchy
+            .contacts
+            .on(piece.side.facet)
+            .iter()
+            .any(|&[a, b]| side(a, b, from) != side(a, b, to) && side(from, to, a) != side(from, to, b))
     }
 
     /// All leaf elements that touch the box of `piece` and continue its surface, itself included.

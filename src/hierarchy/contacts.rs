@@ -31,8 +31,10 @@ pub struct Contacts {
 impl Contacts {
     /// Looks for what stands on the facets.
     pub(super) fn of(hierarchy: &Hierarchy) -> Contacts {
-        let found: Vec<Vec<Contact>> =
-            (0..hierarchy.facets.len() as u32).into_par_iter().map(|facet| on_facet(hierarchy, facet)).collect();
+        let found: Vec<Vec<Contact>> = (0..hierarchy.facets.len() as u32)
+            .into_par_iter()
+            .map(|facet| on_facet(hierarchy, facet))
+            .collect();
         let mut all = Contacts { first: vec![0], contacts: Vec::new() };
         for contacts in found {
             all.contacts.extend(contacts);
@@ -90,9 +92,9 @@ fn meeting_line(polygon: &Polygon, plane: &Plane) -> Option<Contact> {
             // Of three points on a line the two that are furthest apart.
             Some([a, b]) => {
                 let pairs = [[a, b], [a, point], [b, point]];
-                let longest = pairs.into_iter().max_by(|p, q| {
-                    p[0].distance_squared(p[1]).total_cmp(&q[0].distance_squared(q[1]))
-                });
+                let longest = pairs
+                    .into_iter()
+                    .max_by(|p, q| p[0].distance_squared(p[1]).total_cmp(&q[0].distance_squared(q[1])));
                 longest.unwrap_or([a, b])
             }
         });
@@ -142,12 +144,15 @@ mod tests {
     use super::*;
 
     fn floor() -> (Polygon, Plane) {
-        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 0.0));
+        let corners =
+            [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 0.0));
         (Polygon::new(&corners), Plane::through(DVec3::ZERO, DVec3::Z))
     }
 
     fn wall(x: f64, low: f64, half: f64) -> Polygon {
-        Polygon::new(&[(-half, low), (half, low), (half, 1.0), (-half, 1.0)].map(|(y, z)| DVec3::new(x, y, z)))
+        Polygon::new(
+            &[(-half, low), (half, low), (half, 1.0), (-half, 1.0)].map(|(y, z)| DVec3::new(x, y, z)),
+        )
     }
 
     fn contact(wall: &Polygon) -> Option<Contact> {

@@ -184,7 +184,12 @@ impl Forest {
         let mut stack = Vec::new();
         for (index, tree) in self.trees.iter().enumerate() {
             first_element.push(second.len() as u32);
-            stack.push((tree, self.root(hierarchy, index).polygon, self.cuts.first(self.side(index).facet), None));
+            stack.push((
+                tree,
+                self.root(hierarchy, index).polygon,
+                self.cuts.first(self.side(index).facet),
+                None,
+            ));
             while let Some((tree, polygon, cut, parent)) = stack.pop() {
                 let id = second.len() as u32;
                 if let Some(parent) = parent {
@@ -196,7 +201,8 @@ impl Forest {
                 area.push(polygon.area() as f32);
                 center.push(polygon.center().as_vec3());
                 if let Some([a, b]) = tree.halves() {
-                    let Division { parts: [first_half, second_half], cuts, .. } = self.cuts.divide(&polygon, cut);
+                    let Division { parts: [first_half, second_half], cuts, .. } =
+                        self.cuts.divide(&polygon, cut);
                     stack.push((b, second_half, cuts[1], Some(id)));
                     stack.push((a, first_half, cuts[0], None));
                 }
