@@ -1,4 +1,4 @@
-//! Small scenes made of rectangles, for which the answer is known.
+//! Small scenes made of rectangles and triangles, for which the answer is known.
 
 use glam::DVec3;
 use lightshaft::scene::{Camera, ImportCounts, Material, Scene, Triangle};
@@ -35,6 +35,12 @@ impl Rectangles {
         }
     }
 
+    /// A finished scene, to grow further.
+    #[allow(dead_code, reason = "for other suites that grow scenes")]
+    pub(crate) fn from(scene: Scene) -> Rectangles {
+        Rectangles { scene }
+    }
+
     /// A grey material; returns its number.
     pub(crate) fn material(&mut self, reflectance: f32, radiance: f32) -> u32 {
         self.scene.materials.push(Material {
@@ -51,6 +57,30 @@ impl Rectangles {
         let patch = self.scene.patch_count;
         self.scene.positions.extend(corners.map(DVec3::from_array));
         for vertices in [[base, base + 1, base + 2], [base, base + 2, base + 3]] {
+            self.scene.triangles.push(Triangle { vertices, material, patch });
+        }
+        self.scene.patch_count += 1;
+        patch
+    }
+
+    /// Triangles around `center`, one for each two neighbours of the closed `rim`, which runs
+    /// counter-clockwise from its front; returns their patch.
+    pub(crate) fn fan(&mut self, center: DVec3, rim: &[DVec3], material: u32) -> u32 {
+        let triangles = (0..rim.len()).map(|i| [center, rim[i], rim[(i + 1) % rim.len()]]);
+        self.triangles(triangles, material)
+    }
+
+    /// Triangles, corners counter-clockwise from their front; returns their patch.
+    pub(crate) fn triangles(
+        &mut self,
+        triangles: impl IntoIterator<Item = [DVec3; 3]>,
+        material: u32,
+    ) -> u32 {
+        let patch = self.scene.patch_count;
+        for corners in triangles {
+            let base = self.scene.positions.len() as u32;
+            self.scene.positions.extend(corners);
+            let vertices = [base, base + 1, base + 2];
             self.scene.triangles.push(Triangle { vertices, material, patch });
         }
         self.scene.patch_count += 1;

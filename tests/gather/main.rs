@@ -1,0 +1,19 @@
+//! Light at single points, against what is known on paper: Lambert's formula for a polygon, a penumbra
+//! that is known exactly, an opening into a room of known brightness, the furnace.
+
+#[path = "../embree_or_skip/mod.rs"]
+mod embree_or_skip;
+
+#[allow(dead_code, reason = "shared with the suite of the solver, which needs all of it")]
+#[path = "../solver/boxes.rs"]
+mod boxes;
+#[allow(dead_code, reason = "shared with the suite of the solver, which needs all of it")]
+#[path = "../solver/solving.rs"]
+mod solving;
+
+mod asking;
+mod furnace;
+mod lambert;
+mod opening;
+mod penumbra;
+mod polygon;
