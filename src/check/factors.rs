@@ -3,7 +3,7 @@
 
 use super::contour::{Surface, exchange};
 use super::limits::MOST_FACTOR;
-use super::subject::{Subject, fraction};
+use super::subject::{Subject, fraction, lifted};
 use crate::hierarchy::TOLERANCE;
 use crate::math::{PairSequence, hash_pair};
 use crate::radiosity::{Link, LinkClass};
@@ -221,15 +221,16 @@ pub(super) fn against_proofs(subject: &Subject<'_>) -> Errors {
     Errors::of(errors)
 }
 
-/// The segment between a point of each end, if they face each other.
+/// The segment between a point of each end, if they face each other; just above both, since surfaces that
+/// overlap in one plane do not block.
 fn segment(subject: &Subject<'_>, link: &Link, seed: u64) -> Option<Segment> {
     let [receiver, source] = [(link.receiver, 1), (link.source, 2)]
         .map(|(node, salt)| subject.piece(subject.leaf_below(node, fraction(seed, salt))));
     let [a, b, c, d] = PairSequence::new(seed).point(0);
     let (from, to) = (receiver.polygon.point_at(a, b), source.polygon.point_at(c, d));
     (receiver.plane.distance(to) > GRAZING && source.plane.distance(from) > GRAZING).then(|| Segment {
-        from: from.as_vec3(),
-        to: to.as_vec3(),
+        from: lifted(from, receiver.plane.normal).as_vec3(),
+        to: lifted(to, source.plane.normal).as_vec3(),
         skip: [receiver.side.facet, source.side.facet],
     })
 }

@@ -105,7 +105,7 @@ pub(super) fn row_sums(subject: &Subject<'_>, limits: &Limits) -> Vec<Finding> {
         format!("mean {linked:.4} for {found:.4}; {:.3} for {:.3} at {place}", row.linked, row.found)
     });
     vec![
-        Finding::share(FACTORS, "row sums above 1.05, mean excess", excess.mean, limits.row_excess)
+        Finding::share(FACTORS, "row sums above 1.05, mean excess", excess.mean, limits.balance)
             .of(subject.leaves.len() as u64)
             .unless_rough(limits)
             .at(most),
@@ -146,7 +146,7 @@ pub(super) fn power(subject: &Subject<'_>, balance: &Balance, limits: &Limits) -
     vec![
         Finding::share(LIGHT, "irradiance against links", balance.share(residual.changing), RESIDUAL)
             .of(count),
-        Finding::share(LIGHT, "held back by row sums", balance.share(residual.withheld), limits.withheld)
+        Finding::share(LIGHT, "held back by row sums", balance.share(residual.withheld), limits.balance)
             .of(count)
             .unless_rough(limits)
             .at(residual.most_withheld.map(|leaf| subject.place(leaf))),

@@ -16,14 +16,10 @@ pub struct Limits {
     pub(super) factor: f64,
     /// Light that one form factor gets wrong, of all light sent out.
     pub(super) one_factor: f64,
-    /// Mean excess of row sums over 1.05, weighted by light: the quadrature between surfaces that nearly
-    /// touch.
-    pub(super) row_excess: f64,
     /// Difference of the mean row sum from the share of the hemisphere that rays find covered.
     pub(super) row_sum: f64,
-    /// Light that is held back where row sums are too large, of all light sent out.
-    pub(super) withheld: f64,
-    /// Light lost or made between leaving one surface and arriving at the next, of all light sent out.
+    /// Light lost or made between leaving one surface and arriving at the next, of all light sent out. No
+    /// single cause may bring more of it either: row sums that are too large, light held back because of them.
     pub(super) balance: f64,
 }
 
@@ -35,9 +31,7 @@ impl Limits {
         by_kind: 0.12,
         factor: 0.02,
         one_factor: 5e-3,
-        row_excess: 5e-3,
         row_sum: 0.05,
-        withheld: 0.02,
         balance: 0.05,
     };
 
@@ -48,9 +42,7 @@ impl Limits {
         by_kind: 0.015,
         factor: 5e-3,
         one_factor: 5e-4,
-        row_excess: 2e-3,
         row_sum: 0.01,
-        withheld: 5e-3,
         balance: 0.01,
     };
 
@@ -61,9 +53,7 @@ impl Limits {
         by_kind: 0.01,
         factor: 5e-3,
         one_factor: 2.5e-4,
-        row_excess: 2e-3,
         row_sum: 0.01,
-        withheld: 5e-3,
         balance: 5e-3,
     };
 }

@@ -106,12 +106,6 @@ fn any(_: &LinkSet, _: usize) -> bool {
     true
 }
 
-/// Whether there is a link the other way.
-fn has_reverse(links: &LinkSet, index: usize) -> bool {
-    let link = &links.links[index];
-    links.of(link.source).iter().any(|back| back.source == link.receiver)
-}
-
 #[test]
 fn the_scenes_of_the_project_pass() {
     for name in OWN_SCENES {
@@ -183,9 +177,10 @@ fn a_wrong_form_factor_is_noticed() {
 
 #[test]
 fn a_broken_reciprocity_is_noticed() {
-    let mut planted = Planted::new(bare_room(), &options(Strategy::Adaptive));
-    let strongest = planted.strongest(has_reverse);
-    planted.solution.links.links[strongest].factor *= 1.5;
+    let mut planted = Planted::new(Case::load("cornell-box"), &normal());
+    for link in planted.solution.links.links.iter_mut().filter(|link| link.receiver < link.source) {
+        link.factor *= 1.02;
+    }
     planted.is_noticed("form factors", "reciprocity, mean difference");
 }
 
