@@ -231,11 +231,11 @@ fn element_factor(receiver: &Piece<'_>, source: &Piece<'_>) -> Option<(f64, f64)
     // The quadrature points cover the inner part; the corners lie further out.
     let low = if share < 1.0 { 0.0 } else { sampled.low };
     let spread = ((sampled.high - low) / sampled.inset).max((near - sampled.mean).abs());
-    let factor = if own > seen.extent() {
-        // The contour formula is exact over the larger one, and what the source sends to the receiver is
+    let factor = if lit.area() > shining.area() {
+        // The contour formula is exact over the one of larger area, and what the source sends to the receiver is
         // what the receiver gets: A_i F_ij = A_j F_ji.
         let back = Sampled::over(&shining, source.plane.normal, &PolygonSource::new(&lit, receiver.plane));
-        back.mean * shining.area() / receiver.polygon.area()
+        back.mean.min(1.0) * shining.area() / receiver.polygon.area()
     } else {
         share * sampled.mean
     };

@@ -6,7 +6,7 @@ use super::links::{Link, LinkClass, LinkSet};
 use super::quarters::Quarters;
 use super::refine::{RefineCounters, Refiner, Thresholds};
 use super::strays::{Strays, Watched};
-use super::transport::{Cap, Light, Materials, Surface};
+use super::transport::{Cap, Light, Materials, Receiving, Surface};
 use crate::hierarchy::Hierarchy;
 use crate::progress::Progress;
 use crate::tracer::Tracer;
@@ -200,14 +200,9 @@ pub fn solve(
             refine_seconds += start.elapsed().as_secs_f64();
         }
         let start = Instant::now();
-        let next = light.iterate(
-            hierarchy,
-            &forest,
-            &links,
-            &Materials { hierarchy, forest: &forest },
-            &cap,
-            &strays,
-        );
+        let receiving = Receiving { cap: &cap, strays: &strays };
+        let materials = Materials { hierarchy, forest: &forest };
+        let next = light.iterate(hierarchy, &forest, &links, &materials, receiving);
         error = changed_power(&forest, &light, &next);
         light = next;
         iterations += 1;

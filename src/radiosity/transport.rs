@@ -68,6 +68,13 @@ impl Cap {
     }
 }
 
+/// What elements receive of, and besides, what their links bring.
+#[derive(Clone, Copy)]
+pub(super) struct Receiving<'a> {
+    pub(super) cap: &'a Cap,
+    pub(super) strays: &'a Strays,
+}
+
 /// What a surface does with the light that reaches it.
 pub(super) trait Surface: Sync {
     /// Own exitance and reflectance of a side.
@@ -100,8 +107,9 @@ impl Light {
             variation: vec![0.0; forest.len()],
             ..Light::default()
         };
-        let cap = Cap(vec![0.0; forest.len()]);
-        light.push_pull(hierarchy, forest, surface, &cap, &Strays::none(forest.len()), &elements, dark);
+        let (cap, strays) = (Cap(vec![0.0; forest.len()]), Strays::none(forest.len()));
+        let receiving = Receiving { cap: &cap, strays: &strays };
+        light.push_pull(hierarchy, forest, surface, receiving, &elements, dark);
         light
     }
 
@@ -131,8 +139,7 @@ impl Light {
         forest: &Forest,
         links: &LinkSet,
         surface: &dyn Surface,
-        cap: &Cap,
-        strays: &Strays,
+        receiving: Receiving<'_>,
     ) -> Light {
         let clusters = hierarchy.nodes.len() as u32;
         let gathered: Vec<Vec3> = (0..forest.len() as u32)
@@ -163,7 +170,7 @@ impl Light {
             variation: vec![0.0; forest.len()],
             ..Light::default()
         };
-        next.push_pull(hierarchy, forest, surface, cap, strays, &gathered, lobes);
+        next.push_pull(hierarchy, forest, surface, receiving, &gathered, lobes);
         next
     }
 
@@ -204,8 +211,7 @@ impl Light {
         hierarchy: &Hierarchy,
         forest: &Forest,
         surface: &dyn Surface,
-        cap: &Cap,
-        strays: &Strays,
+        receiving: Receiving<'_>,
         gathered: &[Vec3],
         mut lobes: Vec<CosineLobes>,
     ) {
@@ -217,7 +223,7 @@ impl Light {
                 }
             }
         }
-        self.push_pull_elements(hierarchy, forest, surface, cap, strays, gathered, &lobes);
+        self.push_pull_elements(hierarchy, forest, surface, receiving, gathered, &lobes);
         self.pull_clusters(hierarchy, forest, lobes);
     }
 
@@ -226,8 +232,7 @@ impl Light {
         hierarchy: &Hierarchy,
         forest: &Forest,
         surface: &dyn Surface,
-        cap: &Cap,
-        strays: &Strays,
+        receiving: Receiving<'_>,
         gathered: &[Vec3],
         lobes: &[CosineLobes],
     ) {
@@ -245,7 +250,7 @@ impl Light {
         }
         blocks.into_par_iter().for_each(|(sides, exitance, irradiance, variation)| {
             let offset = forest.first_element[sides.start] as usize;
-            let mut block = Block { forest, gathered, cap, strays, offset, exitance, irradiance, variation };
+            let mut block = Block { forest, gathered, receiving, offset, exitance, irradiance, variation };
             for index in sides {
                 let side = forest.side(index);
                 let normal = hierarchy.facets[side.facet as usize].plane.normal.as_vec3();
@@ -307,8 +312,7 @@ pub fn direction(hierarchy: &Hierarchy, forest: &Forest, link: &Link) -> Vec3 {
 struct Block<'a> {
     forest: &'a Forest,
     gathered: &'a [Vec3],
-    cap: &'a Cap,
-    strays: &'a Strays,
+    receiving: Receiving<'a>,
     offset: usize,
     exitance: &'a mut [Vec3],
     irradiance: &'a mut [Vec3],
@@ -324,8 +328,8 @@ impl Block<'_> {
         let second = self.forest.second[element as usize];
         if second == 0 {
             let (emitted, reflectance) = surface;
-            let gain = self.strays.gain(element);
-            let returned = gain * self.cap.0[element as usize] * reflectance.max_element();
+            let gain = self.receiving.strays.gain(element);
+            let returned = gain * self.receiving.cap.0[element as usize] * reflectance.max_element();
             let irradiance = irradiance * (gain * MOST_RETURNED / returned.max(MOST_RETURNED));
             self.irradiance[own] = irradiance;
             self.exitance[own] = emitted + reflectance * irradiance;

@@ -34,9 +34,11 @@ impl Leaf {
         heights * self.polygon.area() * other.polygon.area() / (PI * own.distance_squared(point).powi(2))
     }
 
-    /// Whether light could pass between a point of this leaf and one of the other.
+    /// Whether light could pass between a point of this leaf and one of the other. None does within a plane,
+    /// by the rule of the solver: but for rounding there is no cosine. Elements end where walls stand, so
+    /// their borders often lie in the planes of these.
     pub(crate) fn exchanges(&self, own: DVec3, other: &Leaf, point: DVec3) -> bool {
-        self.plane.distance(point) > 0.0 && other.plane.distance(own) > 0.0
+        self.plane.distance(point) > TOLERANCE && other.plane.distance(own) > TOLERANCE
     }
 }
 

@@ -53,27 +53,6 @@ fn a_lamp_lights_a_wide_ground() {
     assert!((found - 1.0).abs() < 0.01, "{found} of the light arrives");
 }
 
-/// A room looks the same whether its floor ends at the walls or is a wide ground that the house stands on.
-#[test]
-fn a_room_is_refined_alike_on_any_ground() {
-    let [small, wide] = [1.0, 500.0].map(|half| {
-        let mut scene = Rectangles::new("house");
-        let (grey, lamp) = (scene.material(0.5, 0.0), scene.material(0.0, 10.0));
-        scene.quad(level(half, 0.0, true), grey);
-        scene.quad(level(1.0, 2.0, false), grey);
-        for [(ax, ay), (bx, by)] in
-            [[(-1, -1), (1, -1)], [(1, -1), (1, 1)], [(1, 1), (-1, 1)], [(-1, 1), (-1, -1)]]
-        {
-            let corner = |(x, y): (i32, i32), z| [f64::from(x), f64::from(y), z];
-            let [a, b] = [(ax, ay), (bx, by)];
-            scene.quad([corner(a, 0.0), corner(b, 0.0), corner(b, 2.0), corner(a, 2.0)], grey);
-        }
-        scene.quad(level(0.3, 1.9, false), lamp);
-        solve(&Case::of(scene.finish(), false)).forest.len()
-    });
-    assert!(small > 1000 && wide > small / 2 && wide < 8 * small, "{small} and {wide} elements");
-}
-
 /// A one-sided screen turns its black back to the lamp: all that the lamp sends ends there, and the
 /// ground stays dark.
 #[test]
