@@ -27,4 +27,5 @@ mod segments;
 mod solving;
 mod stale;
 mod strategies;
+mod two_rooms;
 mod windings;
