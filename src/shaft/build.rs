@@ -201,6 +201,25 @@ mod tests {
             prop_assert!(shaft.planes().iter().all(|plane| plane.distance(p) > -TOLERANCE), "{:?}", shaft.planes());
             prop_assert!(shaft.planes().len() <= 8);
         }
+
+        #[test]
+        fn shaft_of_a_polygon_and_a_box_holds_every_segment(
+            a in triangle(), b in aabb(), s in 0.0..1.0f64, t in 0.0..1.0f64, x in 0.0..1.0f64, y in 0.0..1.0f64, z in 0.0..1.0f64, k in 0.0..1.0f64
+        ) {
+            let plane = front(&a);
+            let (min, max) = (b.min.as_dvec3(), b.max.as_dvec3());
+            let from = a.point_at(s, t);
+            let to = min + (max - min) * DVec3::new(x, y, z);
+            prop_assume!(plane.distance(to) > 0.0);
+            let p = from.lerp(to, k);
+            for shaft in [
+                Shaft::between(End::Polygon(&a, plane), End::Box(b)),
+                Shaft::between(End::Box(b), End::Polygon(&a, plane)),
+            ] {
+                prop_assert!(shaft.planes().iter().all(|plane| plane.distance(p) > -TOLERANCE));
+                prop_assert!(shaft.bounds().contains(p, TOLERANCE));
+            }
+        }
     }
 
     #[test]

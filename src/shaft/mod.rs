@@ -4,6 +4,8 @@
 mod blocker;
 mod build;
 mod cull;
+#[cfg(test)]
+mod planted;
 
 pub use blocker::blocks_all;
 pub use build::{End, Shaft};

@@ -10,6 +10,9 @@ mod boxes;
 #[allow(dead_code, reason = "shared with the suite of the solver, which needs all of it")]
 #[path = "../solver/solving.rs"]
 mod solving;
+#[allow(dead_code, reason = "shared with the suite of the solver, which needs all of it")]
+#[path = "../solver/two_rooms.rs"]
+mod two_rooms;
 
 mod asking;
 mod furnace;

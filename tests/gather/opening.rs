@@ -1,7 +1,6 @@
-//! Two rooms joined by a small opening. All walls of the first are black and shine alike, so whoever looks
-//! into it sees its exitance in every direction, however deep it is; all walls of the second are black. A
-//! point of the second room receives that exitance times the form factor of the opening, exactly. A
-//! failure means that light through doors and windows is wrong.
+//! A point in a black room with a small opening into a room of uniform exitance receives that exitance
+//! times the form factor of the opening: see `tests/solver/two_rooms.rs`. A failure means that light
+//! through doors and windows is wrong.
 
 use std::f64::consts::PI;
 
@@ -9,36 +8,9 @@ use glam::DVec3;
 use lightshaft::visibility::Strategy;
 
 use crate::asking::{Point, gather, tracers};
-use crate::boxes::Rectangles;
 use crate::lambert;
 use crate::solving::{Case, rough};
-
-const RADIANCE: f64 = 2.0;
-/// Lower and upper y and z of the opening.
-const OPENING: [f64; 2] = [0.8, 1.2];
-
-/// Rooms of 2 × 2 × 2 on both sides of x = 0; the opening is a square of 0.4.
-fn rooms() -> Case {
-    let mut scene = Rectangles::new("two rooms");
-    let (shining, black) = (scene.material(0.0, RADIANCE as f32), scene.material(0.0, 0.0));
-    scene.closed_box([-2.0, 0.0, 0.0], [0.0, 2.0, 2.0], true, shining);
-    scene.closed_box([0.0; 3], [2.0; 3], true, black);
-    let mut scene = scene.finish();
-    // Both walls at x = 0 go; the one with the opening shines into the first room only.
-    scene.triangles.retain(|t| t.vertices.iter().any(|&v| scene.positions[v as usize].x != 0.0));
-    let mut wall = Rectangles::from(scene);
-    let [low, high] = OPENING;
-    for (y, z) in [
-        ([0.0, 2.0], [0.0, low]),
-        ([0.0, 2.0], [high, 2.0]),
-        ([0.0, low], [low, high]),
-        ([high, 2.0], [low, high]),
-    ] {
-        let corner = |i: usize, j: usize| [0.0, y[i], z[j]];
-        wall.quad([corner(0, 0), corner(0, 1), corner(1, 1), corner(1, 0)], shining);
-    }
-    Case::of(wall.finish(), false)
-}
+use crate::two_rooms::{OPENING, RADIANCE, two_rooms};
 
 fn exact((point, normal): Point) -> f64 {
     let [low, high] = OPENING;
@@ -68,7 +40,7 @@ const SAMPLES: u32 = 65_536;
 
 #[test]
 fn a_room_is_lit_through_a_small_opening() {
-    let case = rooms();
+    let case = Case::of(two_rooms(0.0).finish(), false);
     let points = points();
     let mut worst = 0.0f64;
     for tracer in tracers(&case) {
@@ -87,15 +59,7 @@ fn a_room_is_lit_through_a_small_opening() {
 /// The check itself: a shutter over a tenth of the opening has to be noticed.
 #[test]
 fn a_shutter_is_noticed() {
-    let mut scene = rooms().scene;
-    let open = scene.triangles.len();
-    let mut walls = Rectangles::from(scene.clone());
-    let [low, high] = OPENING;
-    let upper = high - 0.1 * (high - low);
-    walls.quad([[0.0, low, upper], [0.0, low, high], [0.0, high, high], [0.0, high, upper]], 1);
-    scene = walls.finish();
-    assert_eq!(scene.triangles.len(), open + 2);
-    let case = Case::of(scene, false);
+    let case = Case::of(two_rooms(0.1).finish(), false);
     let points = points();
     let found = gather(&case, &case.fallback(), &rough(Strategy::Adaptive), SAMPLES, &points);
     for (&point, [_, direct]) in points.iter().zip(found) {

@@ -35,12 +35,6 @@ impl Rectangles {
         }
     }
 
-    /// A finished scene, to grow further.
-    #[allow(dead_code, reason = "for other suites that grow scenes")]
-    pub(crate) fn from(scene: Scene) -> Rectangles {
-        Rectangles { scene }
-    }
-
     /// A grey material; returns its number.
     pub(crate) fn material(&mut self, reflectance: f32, radiance: f32) -> u32 {
         self.scene.materials.push(Material {
@@ -89,25 +83,36 @@ impl Rectangles {
 
     /// The six walls of a box, fronts inside when `inward`, as −x, +x, −y, +y, −z, +z.
     pub(crate) fn closed_box(&mut self, min: [f64; 3], max: [f64; 3], inward: bool, material: u32) {
-        for axis in 0..3 {
-            let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-            for high in [false, true] {
-                let corner = |at_u: bool, at_v: bool| {
-                    let mut p = [0.0; 3];
-                    p[axis] = if high { max[axis] } else { min[axis] };
-                    p[u] = if at_u { max[u] } else { min[u] };
-                    p[v] = if at_v { max[v] } else { min[v] };
-                    p
-                };
-                // Counter-clockwise seen from +axis.
-                let mut corners =
-                    [corner(false, false), corner(true, false), corner(true, true), corner(false, true)];
-                if high == inward {
-                    corners.reverse();
-                }
-                self.quad(corners, material);
-            }
+        for wall in 0..6 {
+            self.wall(min, max, inward, material, wall);
         }
+    }
+
+    /// One of the walls of [`Rectangles::closed_box`], 0 to 5; returns its patch.
+    pub(crate) fn wall(
+        &mut self,
+        min: [f64; 3],
+        max: [f64; 3],
+        inward: bool,
+        material: u32,
+        wall: usize,
+    ) -> u32 {
+        let (axis, high) = (wall / 2, wall % 2 == 1);
+        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+        let corner = |at_u: bool, at_v: bool| {
+            let mut p = [0.0; 3];
+            p[axis] = if high { max[axis] } else { min[axis] };
+            p[u] = if at_u { max[u] } else { min[u] };
+            p[v] = if at_v { max[v] } else { min[v] };
+            p
+        };
+        // Counter-clockwise seen from +axis.
+        let mut corners =
+            [corner(false, false), corner(true, false), corner(true, true), corner(false, true)];
+        if high == inward {
+            corners.reverse();
+        }
+        self.quad(corners, material)
     }
 
     /// Turns one triangle in two over.

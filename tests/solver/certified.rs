@@ -3,11 +3,12 @@
 
 use lightshaft::hierarchy::Hierarchy;
 use lightshaft::radiosity::{Forest, Link, LinkClass, Piece, Solution};
-use lightshaft::tracer::{BruteTracer, NO_FACET};
+use lightshaft::tracer::{BruteTracer, NO_FACET, TraceMesh};
 use lightshaft::visibility::{
     CandidateSet, Class, Inheritance, NodeEnd, Pair, Strategy, Tester, VisibilityOptions, Worker,
 };
 
+use crate::boxes::Rectangles;
 use crate::comparison::for_each_element;
 use crate::covered_pairs::Leaf;
 use crate::proofs::{Attack, attack};
@@ -64,58 +65,113 @@ fn links_certified_visible_are_never_blocked() {
     }
 }
 
+/// What random pairs were proved to be, and what segments said: visible, then invisible.
+#[derive(Debug, Default)]
+struct Proofs {
+    proved: [u32; 2],
+    tried: [Attack; 2],
+}
+
+/// Classifies random pairs of elements by the shaft and by single blockers of one scene, and attacks what is
+/// proved with the rays of `judge`.
+fn prove(case: &Case, judge: &BruteTracer, pairs: usize) -> Proofs {
+    let tracer = case.fallback();
+    let solution = case.solve(&tracer, &options(Strategy::Shaft));
+    let elements = elements(&case.hierarchy, &solution.forest);
+    let visibility = VisibilityOptions { strategy: Strategy::Shaft, rays: 4, certify: false };
+    let tester = Tester::new(&case.hierarchy, &tracer, visibility);
+    let (root, mut worker, mut numbers) = (CandidateSet::root(), Worker::default(), Numbers(31));
+    let mut found = Proofs::default();
+    for _ in 0..pairs {
+        let [r, s] = std::array::from_fn(|_| &elements[numbers.below(elements.len())]);
+        let (receiver, source) = (leaf_of(r), leaf_of(s));
+        if !receiver.faces(&source) {
+            continue;
+        }
+        fn end(leaf: &Leaf) -> NodeEnd<'_> {
+            NodeEnd::Element { polygon: &leaf.polygon, plane: leaf.plane, facet: leaf.facet }
+        }
+        let pair = Pair {
+            receiver: &end(&receiver),
+            source: &end(&source),
+            seed: 7,
+            inherited: Inheritance { candidates: &root, blocker: NO_FACET },
+            subdivided: true,
+            importance: 1.0,
+            prominence: 1.0,
+            brightness: None,
+        };
+        let (verdict, narrowed) = tester.classify(&mut worker, &pair);
+        narrowed.into_iter().for_each(|set| worker.recycle(set));
+        if verdict.certified {
+            let is_blocked = verdict.class == Class::Invisible;
+            assert_ne!(verdict.class, Class::Partial, "nothing proves that a pair is partly visible");
+            found.proved[usize::from(is_blocked)] += 1;
+            found.tried[usize::from(is_blocked)] +=
+                attack(judge, &receiver, &source, is_blocked, 50, &mut numbers);
+        }
+    }
+    found
+}
+
 /// Random pairs of elements, proved or not by the shaft and by single blockers.
 #[test]
 fn pairs_proved_visible_or_invisible_are() {
     for name in OWN_SCENES {
         let case = Case::load(name);
-        let tracer = case.fallback();
-        let solution = case.solve(&tracer, &options(Strategy::Shaft));
-        let elements = elements(&case.hierarchy, &solution.forest);
-        let judge = BruteTracer::new(&case.hierarchy.mesh);
-        let visibility = VisibilityOptions { strategy: Strategy::Shaft, rays: 4, certify: false };
-        let tester = Tester::new(&case.hierarchy, &tracer, visibility);
-        let (root, mut worker, mut numbers) = (CandidateSet::root(), Worker::default(), Numbers(31));
-        let (mut proved, mut tried) = ([0u32; 2], [Attack::default(); 2]);
-        for _ in 0..20_000 {
-            let [r, s] = std::array::from_fn(|_| &elements[numbers.below(elements.len())]);
-            let (receiver, source) = (leaf_of(r), leaf_of(s));
-            if !receiver.faces(&source) {
-                continue;
-            }
-            fn end(leaf: &Leaf) -> NodeEnd<'_> {
-                NodeEnd::Element { polygon: &leaf.polygon, plane: leaf.plane, facet: leaf.facet }
-            }
-            let pair = Pair {
-                receiver: &end(&receiver),
-                source: &end(&source),
-                seed: 7,
-                inherited: Inheritance { candidates: &root, blocker: NO_FACET },
-                subdivided: true,
-                importance: 1.0,
-                prominence: 1.0,
-                brightness: None,
-            };
-            let (verdict, narrowed) = tester.classify(&mut worker, &pair);
-            narrowed.into_iter().for_each(|set| worker.recycle(set));
-            if verdict.certified {
-                let is_blocked = verdict.class == Class::Invisible;
-                assert_ne!(verdict.class, Class::Partial, "nothing proves that a pair is partly visible");
-                proved[usize::from(is_blocked)] += 1;
-                tried[usize::from(is_blocked)] +=
-                    attack(&judge, &receiver, &source, is_blocked, 50, &mut numbers);
-            }
-        }
-        println!(
-            "{name}: proved visible {} {:?}, invisible {} {:?}",
-            proved[0], tried[0], proved[1], tried[1]
-        );
-        assert!(proved[0] > 100 && proved[1] > 100, "{name}: {proved:?} proofs");
-        for found in tried {
-            assert_eq!(found.refuted, 0, "{name}: {found:?}");
-            assert!(found.against <= found.segments / 10_000, "{name}: {found:?}");
+        let found = prove(&case, &BruteTracer::new(&case.hierarchy.mesh), 20_000);
+        println!("{name}: {found:?}");
+        assert!(found.proved.iter().all(|&count| count > 100), "{name}: {found:?}");
+        for tried in found.tried {
+            assert_eq!(tried.refuted, 0, "{name}: {found:?}");
+            assert!(tried.against <= tried.segments / 10_000, "{name}: {found:?}");
         }
     }
+}
+
+/// The check itself: where the boxes of the scene are no candidates of any shaft, pairs are proved visible
+/// that are not; where a board is believed in that is not there, pairs are proved invisible that are not.
+#[test]
+fn a_dropped_candidate_and_an_invented_one_are_noticed() {
+    let room = || {
+        let mut room = Rectangles::new("room");
+        let grey = room.material(0.5, 0.0);
+        let lamp = room.material(0.0, 10.0);
+        room.closed_box([0.0; 3], [4.0, 3.0, 2.5], true, grey);
+        room.quad([[1.5, 1.0, 2.4], [1.5, 2.0, 2.4], [2.5, 2.0, 2.4], [2.5, 1.0, 2.4]], lamp);
+        (room, grey)
+    };
+    let with_board = || {
+        let (mut room, grey) = room();
+        room.quad([[0.5, 0.5, 1.2], [3.5, 0.5, 1.2], [3.5, 2.5, 1.2], [0.5, 2.5, 1.2]], grey);
+        Case::of(room.finish(), false)
+    };
+    let without_board = || Case::of(room().0.finish(), false);
+    for (believed, real, is_blocked) in
+        [(without_board(), with_board(), false), (with_board(), without_board(), true)]
+    {
+        // Facets are numbered anew: the judge must know the ends by the numbers of those who believe.
+        let judge = BruteTracer::new(&renumbered(&real, &believed));
+        let found = prove(&believed, &judge, 20_000);
+        println!("board there: {}, {found:?}", !is_blocked);
+        let tried = found.tried[usize::from(is_blocked)];
+        assert!(
+            found.proved[usize::from(is_blocked)] > 100 && tried.refuted > tried.segments / 10,
+            "{found:?}"
+        );
+    }
+}
+
+/// The mesh of one case, its facets numbered like those in the same place in another; others come last.
+fn renumbered(real: &Case, like: &Case) -> TraceMesh {
+    let others = like.hierarchy.facets.len() as u32;
+    let center = |case: &Case, facet: u32| case.hierarchy.polygon(facet).center();
+    let mut mesh = real.hierarchy.mesh.clone();
+    for number in &mut mesh.facet_of_triangle {
+        let own = center(real, *number);
+        *number = (0..others).find(|&f| center(like, f).distance(own) < 1e-6).unwrap_or(others);
+    }
+    mesh
 }
 
 /// The check itself: links that are partly blocked, passed off as proved visible, have to be found.

@@ -175,7 +175,8 @@ fn a_ball_in_a_cube_is_uniformly_bright() {
     let triangles = icosphere(DVec3::ZERO, 1.0, 2);
     let area: f64 = triangles.iter().map(|[a, b, c]| (*b - *a).cross(*c - *a).length() / 2.0).sum();
     assert!((area / (4.0 * PI) - 1.0).abs() < 0.03, "the facets do not close around the ball: {area}");
-    check(fine(visibility(Strategy::Adaptive, false), 2e-4), ball_in_a_cube, 0.005, 0.035);
+    let visibility = VisibilityOptions { rays: 16, ..visibility(Strategy::Adaptive, false) };
+    check(fine(visibility, 2e-4), ball_in_a_cube, 0.005, 0.035);
 }
 
 /// What the simpler strategies are known to get wrong: `all`, `root` and `shaft` hand down what

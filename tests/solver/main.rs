@@ -28,4 +28,5 @@ mod segments;
 mod solving;
 mod stale;
 mod strategies;
+mod two_rooms;
 mod windings;

@@ -1,56 +1,12 @@
-//! One suite for every tracer, with the exhaustive one as the judge. A failure means that a picture
-//! depends on which tracer made it.
+//! Random segments and rays. A failure means that a picture depends on which tracer made it.
 
-mod embree_or_skip;
-
-use embree_or_skip::embree;
 use glam::Vec3;
 use lightshaft::tracer::{
-    BruteTracer, Candidates, FallbackTracer, FilterAudit, Interval, NO_FACET, Ray, Segment, TraceMesh, Tracer,
+    BruteTracer, Candidates, FilterAudit, Interval, NO_FACET, Ray, Segment, TraceMesh, Tracer,
 };
 
-/// A small deterministic generator of numbers in `[0, 1)`.
-struct Numbers(u64);
-
-impl Numbers {
-    fn next(&mut self) -> f32 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 40) as f32 / (1u64 << 24) as f32
-    }
-
-    fn point(&mut self) -> Vec3 {
-        Vec3::new(self.next(), self.next(), self.next()) * 2.0 - 1.0
-    }
-}
-
-/// Two-triangle facets of all sizes, a third of them axis-parallel.
-fn soup(count: u32, seed: u64) -> TraceMesh {
-    let mut numbers = Numbers(seed);
-    let mut mesh = TraceMesh { first_triangle: vec![0], ..TraceMesh::default() };
-    for facet in 0..count {
-        let corner = numbers.point();
-        let size = 0.01 + 0.3 * numbers.next() * numbers.next();
-        let (u, v) = match facet % 9 {
-            0 => (Vec3::X * size, Vec3::Y * size),
-            1 => (Vec3::Y * size, Vec3::Z * size),
-            2 => (Vec3::Z * size, Vec3::X * size),
-            _ => (numbers.point() * size, numbers.point() * size),
-        };
-        let base = mesh.positions.len() as u32;
-        mesh.positions.extend([corner, corner + u, corner + u + v, corner + v]);
-        mesh.triangles.extend([[base, base + 1, base + 2], [base, base + 2, base + 3]]);
-        mesh.facet_of_triangle.extend([facet, facet]);
-        mesh.first_triangle.push(mesh.triangles.len() as u32);
-    }
-    mesh
-}
-
-/// Every tracer but the judge.
-fn tracers(mesh: &TraceMesh) -> Vec<Box<dyn Tracer>> {
-    let mut all: Vec<Box<dyn Tracer>> = vec![Box::new(FallbackTracer::new(mesh))];
-    all.extend(embree(mesh).map(|tracer| Box::new(tracer) as Box<dyn Tracer>));
-    all
-}
+use crate::meshes::{Numbers, add_facet, soup};
+use crate::tracers;
 
 fn segments(count: usize, seed: u64) -> Vec<Segment> {
     let mut numbers = Numbers(seed);
@@ -138,14 +94,10 @@ fn hits_outside_the_candidates_are_reported_and_do_not_block() {
 #[test]
 fn nothing_is_hit_at_the_ends_of_a_segment() {
     // Two walls; segments from one to the other, with and without naming them.
-    let mut mesh = soup(0, 7);
-    for (facet, x) in [0.0f32, 0.5, 1.0].into_iter().enumerate() {
-        let base = mesh.positions.len() as u32;
-        mesh.positions
-            .extend([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(y, z)| Vec3::new(x, y, z)));
-        mesh.triangles.extend([[base, base + 1, base + 2], [base, base + 2, base + 3]]);
-        mesh.facet_of_triangle.extend([facet as u32; 2]);
-        mesh.first_triangle.push(mesh.triangles.len() as u32);
+    let mut mesh = TraceMesh { first_triangle: vec![0], ..TraceMesh::default() };
+    for x in [0.0f32, 0.5, 1.0] {
+        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(y, z)| Vec3::new(x, y, z));
+        add_facet(&mut mesh, &corners);
     }
     let (a, b) = (Vec3::new(0.0, 0.1, 0.2), Vec3::new(1.0, -0.3, 0.4));
     for tracer in tracers(&mesh).into_iter().chain([Box::new(BruteTracer::new(&mesh)) as Box<dyn Tracer>]) {

@@ -1,0 +1,340 @@
+//! Shafts over the project's scenes: they hold every segment of their pair, no facet that such a segment
+//! meets is culled, and children need look only at what is left in their parent's. A failure means that
+//! proofs of visibility are none, or that shadows are lost.
+
+#[allow(dead_code, reason = "shared with the suite of the solver, which needs all of it")]
+#[path = "solver/solving.rs"]
+mod solving;
+
+use glam::DVec3;
+use lightshaft::hierarchy::{Hierarchy, NodeKind, TOLERANCE};
+use lightshaft::math::{Plane, Polygon};
+use lightshaft::shaft::{End, Shaft, intervals_of};
+use solving::Case;
+
+const SCENES: [&str; 2] = ["cornell-box", "paper-2"];
+
+/// A small deterministic generator of numbers in `[0, 1)`.
+struct Numbers(u64);
+
+impl Numbers {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn below(&mut self, count: usize) -> usize {
+        ((self.next() * count as f64) as usize).min(count - 1)
+    }
+}
+
+/// One end of a pair: an element or a cluster.
+#[derive(Clone, Debug)]
+enum Node {
+    Element { polygon: Polygon, plane: Plane, facet: u32 },
+    Cluster(u32),
+}
+
+impl Node {
+    /// One side of a facet.
+    fn of_facet(hierarchy: &Hierarchy, facet: u32, back: bool) -> Node {
+        let (polygon, plane) = (hierarchy.polygon(facet), hierarchy.facets[facet as usize].plane);
+        match back {
+            false => Node::Element { polygon, plane, facet },
+            true => Node::Element { polygon: polygon.flipped(), plane: plane.flipped(), facet },
+        }
+    }
+
+    /// A cluster one time in four, otherwise an element of any size.
+    fn random(hierarchy: &Hierarchy, numbers: &mut Numbers) -> Node {
+        let index = numbers.below(hierarchy.nodes.len()) as u32;
+        if numbers.below(4) == 0 && index != 0 && !hierarchy.nodes[index as usize].is_leaf() {
+            return Node::Cluster(index);
+        }
+        let facet = numbers.below(hierarchy.facets.len()) as u32;
+        let mut node = Node::of_facet(hierarchy, facet, numbers.below(2) == 0);
+        for _ in 0..numbers.below(6) {
+            node = node.part(hierarchy, numbers);
+        }
+        node
+    }
+
+    /// One of its children.
+    fn part(&self, hierarchy: &Hierarchy, numbers: &mut Numbers) -> Node {
+        match self {
+            Node::Element { polygon, plane, facet } => {
+                let polygon = polygon.bisect()[numbers.below(2)];
+                Node::Element { polygon, plane: *plane, facet: *facet }
+            }
+            Node::Cluster(index) => {
+                let child = hierarchy.nodes[*index as usize].children(*index)[numbers.below(2)];
+                match hierarchy.nodes[child as usize].kind(child) {
+                    NodeKind::Cluster(_) => Node::Cluster(child),
+                    NodeKind::Leaf(facet) => Node::of_facet(hierarchy, facet, numbers.below(2) == 0),
+                }
+            }
+        }
+    }
+
+    fn end(&self, hierarchy: &Hierarchy) -> End<'_> {
+        match self {
+            Node::Element { polygon, plane, .. } => End::Polygon(polygon, *plane),
+            Node::Cluster(index) => End::Box(hierarchy.nodes[*index as usize].bounds),
+        }
+    }
+
+    /// A point of the element or of the cluster's box, not nearer to the border than a fiftieth of the way.
+    fn point(&self, hierarchy: &Hierarchy, numbers: &mut Numbers) -> DVec3 {
+        let (center, point) = match self {
+            Node::Element { polygon, .. } => {
+                (polygon.center(), polygon.point_at(numbers.next(), numbers.next()))
+            }
+            Node::Cluster(index) => {
+                let bounds = hierarchy.nodes[*index as usize].bounds;
+                let at = DVec3::new(numbers.next(), numbers.next(), numbers.next());
+                let (min, max) = (bounds.min.as_dvec3(), bounds.max.as_dvec3());
+                (bounds.center(), min + (max - min) * at)
+            }
+        };
+        center + (point - center) * 0.98
+    }
+
+    /// Height of a point above the side that exchanges light; endless for a cluster.
+    fn height(&self, point: DVec3) -> f64 {
+        match self {
+            Node::Element { plane, .. } => plane.distance(point),
+            Node::Cluster(_) => f64::INFINITY,
+        }
+    }
+
+    fn is_on(&self, facet: u32) -> bool {
+        matches!(self, Node::Element { facet: own, .. } if *own == facet)
+    }
+}
+
+/// Two nodes, some part of each in front of the other.
+struct Pair {
+    receiver: Node,
+    source: Node,
+}
+
+impl Pair {
+    fn random(hierarchy: &Hierarchy, numbers: &mut Numbers) -> Pair {
+        loop {
+            let [receiver, source] = [0, 1].map(|_| Node::random(hierarchy, numbers));
+            let pair = Pair { receiver, source };
+            if (0..8).any(|_| pair.segment(hierarchy, numbers).is_some()) {
+                return pair;
+            }
+        }
+    }
+
+    /// Along which light could pass, if it was not blocked.
+    fn segment(&self, hierarchy: &Hierarchy, numbers: &mut Numbers) -> Option<(DVec3, DVec3)> {
+        let from = self.receiver.point(hierarchy, numbers);
+        let to = self.source.point(hierarchy, numbers);
+        // More than rounding: a shaft leaves out what is that near to the planes of its ends.
+        let is_lit = self.receiver.height(to) > 1e-4 && self.source.height(from) > 1e-4;
+        is_lit.then_some((from, to))
+    }
+
+    fn shaft(&self, hierarchy: &Hierarchy) -> Shaft {
+        Shaft::between(self.receiver.end(hierarchy), self.source.end(hierarchy))
+    }
+
+    /// The same pair with one end split.
+    fn child(&self, hierarchy: &Hierarchy, numbers: &mut Numbers) -> Pair {
+        let [mut receiver, mut source] = [self.receiver.clone(), self.source.clone()];
+        let which = if numbers.below(2) == 0 { &mut receiver } else { &mut source };
+        *which = which.part(hierarchy, numbers);
+        Pair { receiver, source }
+    }
+}
+
+/// Nodes that are left of `nodes`.
+fn cull(hierarchy: &Hierarchy, shaft: &Shaft, nodes: &[u32]) -> Vec<u32> {
+    let mut left = Vec::new();
+    shaft.cull(hierarchy, nodes, u64::MAX, &mut left);
+    left
+}
+
+/// The facets of a list of candidates.
+fn facets(hierarchy: &Hierarchy, nodes: &[u32]) -> Vec<u32> {
+    let mut intervals = Vec::new();
+    intervals_of(hierarchy, nodes, &mut intervals);
+    intervals.iter().flat_map(|interval| interval.start..interval.end).collect()
+}
+
+/// The planes are computed in double precision from coordinates of about one, and the box around both ends
+/// is rounded to single precision: the tolerance is that of the whole program, 2·10⁻⁶.
+#[test]
+fn a_shaft_holds_every_segment_of_its_pair() {
+    for name in SCENES {
+        let Case { hierarchy, .. } = Case::load(name);
+        let mut numbers = Numbers(61);
+        let (mut segments, mut planes) = (0, 0);
+        for _ in 0..3000 {
+            let pair = Pair::random(&hierarchy, &mut numbers);
+            let shaft = pair.shaft(&hierarchy);
+            planes += shaft.planes().len();
+            for _ in 0..10 {
+                let Some((from, to)) = pair.segment(&hierarchy, &mut numbers) else { continue };
+                let point = from.lerp(to, numbers.next());
+                segments += 1;
+                assert!(shaft.bounds().contains(point, TOLERANCE), "{:?} {:?}", pair.receiver, pair.source);
+                for plane in shaft.planes() {
+                    let height = plane.distance(point);
+                    assert!(height > -TOLERANCE, "{height:e} {:?} {:?}", pair.receiver, pair.source);
+                }
+            }
+        }
+        println!("{name}: {segments} segments, {planes} planes");
+        assert!(segments > 10_000 && planes > 10_000, "{segments} {planes}");
+    }
+}
+
+/// What segments of random pairs met.
+#[derive(Debug, Default)]
+struct Met {
+    segments: u32,
+    facets: u32,
+    /// Facets that are no candidates.
+    culled: u32,
+}
+
+/// Sends segments along random pairs; `fault` may spoil the list of candidates.
+fn meet(hierarchy: &Hierarchy, pairs: u32, fault: impl Fn(&mut Vec<u32>)) -> Met {
+    let mut numbers = Numbers(71);
+    let mut met = Met::default();
+    for _ in 0..pairs {
+        let pair = Pair::random(hierarchy, &mut numbers);
+        let mut candidates = facets(hierarchy, &cull(hierarchy, &pair.shaft(hierarchy), &[0]));
+        fault(&mut candidates);
+        for _ in 0..20 {
+            let Some((from, to)) = pair.segment(hierarchy, &mut numbers) else { continue };
+            met.segments += 1;
+            for facet in 0..hierarchy.facets.len() as u32 {
+                if pair.receiver.is_on(facet)
+                    || pair.source.is_on(facet)
+                    || !crosses(hierarchy, facet, from, to)
+                {
+                    continue;
+                }
+                met.facets += 1;
+                met.culled += u32::from(candidates.binary_search(&facet).is_err());
+            }
+        }
+    }
+    met
+}
+
+/// Whether a segment goes through a facet, by more than rounding: clear of its outline and of both ends.
+fn crosses(hierarchy: &Hierarchy, facet: u32, from: DVec3, to: DVec3) -> bool {
+    const CLEAR: f64 = 1e-4;
+    let plane = hierarchy.facets[facet as usize].plane;
+    let (a, b) = (plane.distance(from), plane.distance(to));
+    if a * b >= 0.0 || a.abs() < CLEAR || b.abs() < CLEAR {
+        return false;
+    }
+    let point = from.lerp(to, a / (a - b));
+    hierarchy.polygon(facet).outside_distance(point, plane.normal) < -CLEAR
+}
+
+/// Exact: the segments, the facets they cross and the ends they come from are all clear of every border by
+/// far more than the tolerance of a cull.
+#[test]
+fn a_facet_that_a_segment_meets_is_a_candidate() {
+    for name in SCENES {
+        let Case { hierarchy, .. } = Case::load(name);
+        let met = meet(&hierarchy, 4000, |_| ());
+        println!("{name}: {met:?}");
+        assert!(met.segments > 20_000 && met.facets > 10_000, "{name}: {met:?}");
+        assert_eq!(met.culled, 0, "{name}: {met:?}");
+    }
+}
+
+/// The check itself: one candidate less in every list has to be noticed.
+#[test]
+fn a_dropped_candidate_is_noticed() {
+    for name in SCENES {
+        let Case { hierarchy, .. } = Case::load(name);
+        let met = meet(&hierarchy, 400, |candidates| {
+            if !candidates.is_empty() {
+                candidates.remove(candidates.len() / 2);
+            }
+        });
+        println!("{name}: {met:?}");
+        assert!(met.culled > met.facets / 50, "{name}: {met:?}");
+    }
+}
+
+/// How the candidates of children, culled from their parent's and from the root, compare.
+#[derive(Debug, Default)]
+struct Inherited {
+    pairs: u32,
+    candidates: usize,
+    /// Candidates of a child that its parent does not have.
+    added: usize,
+    /// Those in one list and not in the other, by more than the borders of both shafts allow.
+    differing: usize,
+    /// Those that only touch the border.
+    at_border: usize,
+}
+
+/// Splits random pairs; `fault` may spoil the list that the child inherits.
+fn inherit(hierarchy: &Hierarchy, fault: impl Fn(&mut Vec<u32>)) -> Inherited {
+    let mut numbers = Numbers(81);
+    let mut found = Inherited::default();
+    for _ in 0..4000 {
+        let parent = Pair::random(hierarchy, &mut numbers);
+        let child = parent.child(hierarchy, &mut numbers);
+        let mut inherited = cull(hierarchy, &parent.shaft(hierarchy), &[0]);
+        let of_parent = facets(hierarchy, &inherited);
+        fault(&mut inherited);
+        let shaft = child.shaft(hierarchy);
+        let from_parent = facets(hierarchy, &cull(hierarchy, &shaft, &inherited));
+        let from_root = facets(hierarchy, &cull(hierarchy, &shaft, &[0]));
+        found.pairs += 1;
+        found.candidates += from_root.len();
+        let is_missing = |list: &[u32], facet: &u32| list.binary_search(facet).is_err();
+        found.added += from_parent.iter().filter(|f| is_missing(&of_parent, f)).count();
+        let only_here = from_root.iter().filter(|f| is_missing(&from_parent, f));
+        let only_there = from_parent.iter().filter(|f| is_missing(&from_root, f));
+        for &facet in only_here.chain(only_there) {
+            // Tolerance is spent by both culls.
+            let is_inside = shaft.holds_part_of(hierarchy.polygon(facet).vertices(), 2.0 * TOLERANCE);
+            found.differing += usize::from(is_inside);
+            found.at_border += usize::from(!is_inside);
+        }
+    }
+    found
+}
+
+/// Exact, but for facets that reach into the child's shaft by less than twice the tolerance of a cull: the
+/// parent's shaft may have left those out.
+#[test]
+fn children_need_only_the_candidates_of_their_parent() {
+    for name in SCENES {
+        let Case { hierarchy, .. } = Case::load(name);
+        let found = inherit(&hierarchy, |_| ());
+        println!("{name}: {found:?}");
+        assert!(found.candidates > 10_000, "{name}: {found:?}");
+        assert_eq!((found.added, found.differing), (0, 0), "{name}: {found:?}");
+        assert!(found.at_border <= found.candidates / 1000, "{name}: {found:?}");
+    }
+}
+
+/// The check itself: one node less in what is inherited has to be noticed.
+#[test]
+fn a_node_dropped_from_the_inheritance_is_noticed() {
+    for name in SCENES {
+        let Case { hierarchy, .. } = Case::load(name);
+        let found = inherit(&hierarchy, |nodes| {
+            if !nodes.is_empty() {
+                nodes.remove(nodes.len() / 2);
+            }
+        });
+        println!("{name}: {found:?}");
+        assert!(found.differing > 500, "{name}: {found:?}");
+    }
+}

@@ -1,0 +1,92 @@
+//! Faults planted in a tracer: a check that finds nothing here would find nothing anywhere.
+
+use glam::Vec3;
+use lightshaft::hierarchy::TOLERANCE;
+use lightshaft::tracer::{
+    BruteTracer, Candidates, FallbackTracer, FilterAudit, Hit, Interval, NO_FACET, Ray, Segment, Tracer,
+};
+
+use crate::adversarial::{Family, segments};
+use crate::meshes::soup;
+use crate::verdict::{blockers, compare, distance_to_change};
+
+/// A tracer with a fault.
+struct Faulty<'a> {
+    tracer: &'a dyn Tracer,
+    /// This segment is traced beside where it is, by so much.
+    offset: Option<(Segment, Vec3)>,
+    /// This facet is not among the candidates, as if it had been culled.
+    dropped: u32,
+}
+
+impl Tracer for Faulty<'_> {
+    fn name(&self) -> &'static str {
+        self.tracer.name()
+    }
+
+    fn blockers(
+        &self,
+        segments: &[Segment],
+        candidates: Candidates<'_>,
+        blockers: &mut [u32],
+        audit: &mut FilterAudit,
+    ) {
+        assert!(matches!(candidates, Candidates::All));
+        let traced: Vec<Segment> = segments
+            .iter()
+            .map(|&s| match self.offset {
+                Some((which, by)) if which == s => Segment { from: s.from + by, to: s.to + by, ..s },
+                _ => s,
+            })
+            .collect();
+        let left = [
+            Interval { start: 0, end: self.dropped },
+            Interval { start: self.dropped.saturating_add(1), end: u32::MAX },
+        ];
+        self.tracer.blockers(&traced, Candidates::Only(&left), blockers, audit);
+    }
+
+    fn first_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        self.tracer.first_hits(rays, hits);
+    }
+}
+
+/// One segment out of 4000, beside where it should be by a two-thousandth of the scene.
+#[test]
+fn one_offset_segment_is_noticed() {
+    let mesh = soup(300, 51);
+    let tracer = FallbackTracer::new(&mesh);
+    let segments = segments(&mesh, Family::Beside(5e-4), 4000, 52);
+    let judge = BruteTracer::new(&mesh);
+    let right = blockers(&judge, &segments, Candidates::All);
+    let by = Vec3::new(0.6e-3, -0.6e-3, 0.5e-3);
+    let moved: Vec<Segment> =
+        segments.iter().map(|&s| Segment { from: s.from + by, to: s.to + by, ..s }).collect();
+    let other = blockers(&judge, &moved, Candidates::All);
+    // The offset matters to those that it carries over an edge and that are not within rounding of another.
+    let is_clear_cut =
+        |segment: &Segment| (0..300).all(|facet| distance_to_change(&mesh, facet, segment) > TOLERANCE);
+    let over_an_edge: Vec<usize> = (0..segments.len())
+        .filter(|&i| (right[i] == NO_FACET) != (other[i] == NO_FACET))
+        .filter(|&i| is_clear_cut(&segments[i]) && is_clear_cut(&moved[i]))
+        .collect();
+    assert!(over_an_edge.len() > 100, "{}", over_an_edge.len());
+    for i in over_an_edge.into_iter().step_by(20) {
+        let faulty = Faulty { tracer: &tracer, offset: Some((segments[i], by)), dropped: NO_FACET };
+        let verdicts = compare(&mesh, &faulty, &segments);
+        assert_eq!(verdicts.wrong, 1, "{i}: {verdicts}");
+    }
+}
+
+/// Each of the facets in turn, every one of which some segments cross.
+#[test]
+fn one_dropped_candidate_is_noticed() {
+    let mesh = soup(60, 53);
+    let tracer = FallbackTracer::new(&mesh);
+    let segments = segments(&mesh, Family::Grazing(1e-3), 4000, 54);
+    assert_eq!(compare(&mesh, &tracer, &segments).wrong, 0);
+    for dropped in 0..60 {
+        let verdicts = compare(&mesh, &Faulty { tracer: &tracer, offset: None, dropped }, &segments);
+        assert!(verdicts.wrong > 0, "facet {dropped} is missing: {verdicts}");
+    }
+}
