@@ -65,7 +65,8 @@ pub(super) fn residual(subject: &Subject<'_>) -> Residual {
     let carried = irradiance(subject, light);
     let (mut found, mut most) = (Residual::default(), 0.0);
     for &leaf in &subject.leaves {
-        let (received, carried) = (light.irradiance[leaf as usize], carried[leaf as usize]);
+        let received = light.irradiance[leaf as usize];
+        let carried = carried[leaf as usize] * subject.solution.strays.gain(leaf);
         let less = (carried - received).element_sum();
         if less > HELD_BACK * carried.element_sum() {
             let power = less as f64 * subject.area(leaf);

@@ -26,3 +26,4 @@ pub use links::{Link, LinkClass, LinkSet};
 pub use quarters::Quarters;
 pub use refine::RefineCounters;
 pub use solve::{Energy, Solution, SolveOptions, solve};
+pub use strays::Strays;

@@ -79,6 +79,8 @@ pub struct Solution {
     pub light: Light,
     /// Links it came over.
     pub links: LinkSet,
+    /// What came besides.
+    pub strays: Strays,
     /// Pairs that are not stored, and the work done.
     pub counters: RefineCounters,
     /// Gather and push-pull iterations.
@@ -218,7 +220,18 @@ pub fn solve(
 
     let energy = balance(hierarchy, &forest, &light, tracer, error, square_meters);
     let min_size = thresholds.min_size * hierarchy.frame.scene_units_per_local();
-    Solution { forest, light, links, counters, iterations, energy, min_size, refine_seconds, solve_seconds }
+    Solution {
+        forest,
+        light,
+        links,
+        strays,
+        counters,
+        iterations,
+        energy,
+        min_size,
+        refine_seconds,
+        solve_seconds,
+    }
 }
 
 /// The scene lights itself: the one link everything starts from.

@@ -29,7 +29,7 @@ const STEPS: f64 = 1024.0;
 
 /// What each element receives, over what its links bring.
 #[derive(Clone, Debug)]
-pub(super) struct Strays(Vec<f32>);
+pub struct Strays(Vec<f32>);
 
 impl Strays {
     /// None, for `elements` elements.
@@ -39,7 +39,7 @@ impl Strays {
 
     /// What `element` receives, over what its links bring.
     #[inline]
-    pub(super) fn gain(&self, element: u32) -> f32 {
+    pub fn gain(&self, element: u32) -> f32 {
         self.0[element as usize]
     }
 

@@ -24,6 +24,7 @@ fn scene(mesh: &TraceMesh, shift: DVec3) -> Scene {
     };
     let triangles = mesh.triangles.iter().zip(&mesh.facet_of_triangle);
     Scene {
+        rectangles: Vec::new(),
         name: "soup".to_owned(),
         positions: mesh.positions.iter().map(|p| p.as_dvec3() + shift).collect(),
         triangles: triangles.map(|(&vertices, &patch)| Triangle { vertices, material: 0, patch }).collect(),
