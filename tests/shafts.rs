@@ -30,6 +30,7 @@ impl Numbers {
 
 /// One end of a pair: an element or a cluster.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "a handful of them, in a test")]
 enum Node {
     Element { polygon: Polygon, plane: Plane, facet: u32 },
     Cluster(u32),
