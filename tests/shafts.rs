@@ -31,7 +31,7 @@ impl Numbers {
 /// One end of a pair: an element or a cluster.
 #[derive(Clone, Debug)]
 enum Node {
-    Element { polygon: Polygon, plane: Plane, facet: u32 },
+    Element { polygon: Box<Polygon>, plane: Plane, facet: u32 },
     Cluster(u32),
 }
 
@@ -40,8 +40,8 @@ impl Node {
     fn of_facet(hierarchy: &Hierarchy, facet: u32, back: bool) -> Node {
         let (polygon, plane) = (hierarchy.polygon(facet), hierarchy.facets[facet as usize].plane);
         match back {
-            false => Node::Element { polygon, plane, facet },
-            true => Node::Element { polygon: polygon.flipped(), plane: plane.flipped(), facet },
+            false => Node::Element { polygon: Box::new(polygon), plane, facet },
+            true => Node::Element { polygon: Box::new(polygon.flipped()), plane: plane.flipped(), facet },
         }
     }
 
@@ -63,7 +63,7 @@ impl Node {
     fn part(&self, hierarchy: &Hierarchy, numbers: &mut Numbers) -> Node {
         match self {
             Node::Element { polygon, plane, facet } => {
-                let polygon = polygon.bisect()[numbers.below(2)];
+                let polygon = Box::new(polygon.bisect()[numbers.below(2)]);
                 Node::Element { polygon, plane: *plane, facet: *facet }
             }
             Node::Cluster(index) => {
