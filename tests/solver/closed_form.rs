@@ -182,7 +182,7 @@ fn a_board_that_covers_half_takes_half_of_the_light() {
 /// The wall of a black room that faces a small opening into a bright one. Only `adaptive`, which does not
 /// believe a few blocked rays where much light rests on them, is held to it: sixteen rays between large
 /// nodes miss the opening, and all other strategies take them at their word, so that more than half of the
-/// light is lost, or 7 % where proofs alone are handed down. The tolerance is the noise of the rays that
+/// light is lost (with `root`, 7 % where proofs alone are handed down). The tolerance is the noise of the rays that
 /// decide the links through the opening.
 #[test]
 fn a_wall_is_lit_through_a_small_opening() {
