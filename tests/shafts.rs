@@ -32,7 +32,7 @@ impl Numbers {
 #[derive(Clone, Debug)]
 #[expect(clippy::large_enum_variant, reason = "a handful of them, in a test")]
 enum Node {
-    Element { polygon: Polygon, plane: Plane, facet: u32 },
+    Element { polygon: Box<Polygon>, plane: Plane, facet: u32 },
     Cluster(u32),
 }
 
@@ -41,8 +41,8 @@ impl Node {
     fn of_facet(hierarchy: &Hierarchy, facet: u32, back: bool) -> Node {
         let (polygon, plane) = (hierarchy.polygon(facet), hierarchy.facets[facet as usize].plane);
         match back {
-            false => Node::Element { polygon, plane, facet },
-            true => Node::Element { polygon: polygon.flipped(), plane: plane.flipped(), facet },
+            false => Node::Element { polygon: Box::new(polygon), plane, facet },
+            true => Node::Element { polygon: Box::new(polygon.flipped()), plane: plane.flipped(), facet },
         }
     }
 
@@ -64,7 +64,7 @@ impl Node {
     fn part(&self, hierarchy: &Hierarchy, numbers: &mut Numbers) -> Node {
         match self {
             Node::Element { polygon, plane, facet } => {
-                let polygon = polygon.bisect()[numbers.below(2)];
+                let polygon = Box::new(polygon.bisect()[numbers.below(2)]);
                 Node::Element { polygon, plane: *plane, facet: *facet }
             }
             Node::Cluster(index) => {

@@ -182,21 +182,17 @@ fn a_board_that_covers_half_takes_half_of_the_light() {
 /// The wall of a black room that faces a small opening into a bright one. Only `adaptive`, which does not
 /// believe a few blocked rays where much light rests on them, is held to it: sixteen rays between large
 /// nodes miss the opening, and all other strategies take them at their word, so that more than half of the
-/// light is lost, or 7 % where proofs alone are handed down. The tolerance is the noise of the rays that
+/// light is lost (with `root`, 7 % where proofs alone are handed down). The tolerance is the noise of the rays that
 /// decide the links through the opening.
 #[test]
 fn a_wall_is_lit_through_a_small_opening() {
     let case = Case::of(two_rooms(0.0).finish(), false);
     let exact = parallel([[0.0, 2.0]; 2], [OPENING; 2], 2.0);
-    for certify in [false, true] {
-        let strategy = Strategy::Adaptive;
-        let solution = case.solve(&case.fallback(), &fine(strategy, certify));
-        let found = case.mean_irradiance(&solution, FAR_WALL) / (PI * RADIANCE);
-        let error = found / exact - 1.0;
-        let what = format!("{}, certify {certify}", strategy.name());
-        println!("{what}: {found:.6} for {exact:.6} ({:+.3} %)", 100.0 * error);
-        assert!(error.abs() < 0.01, "{what}: {found} for {exact}");
-    }
+    let solution = case.solve(&case.fallback(), &fine(Strategy::Adaptive, false));
+    let found = case.mean_irradiance(&solution, FAR_WALL) / (PI * RADIANCE);
+    let error = found / exact - 1.0;
+    println!("{found:.6} for {exact:.6} ({:+.3} %)", 100.0 * error);
+    assert!(error.abs() < 0.01, "{found} for {exact}");
 }
 
 /// The check itself: a shutter over a tenth of the opening has to be noticed.
