@@ -30,7 +30,6 @@ impl Numbers {
 
 /// One end of a pair: an element or a cluster.
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "a handful of them, in a test")]
 enum Node {
     Element { polygon: Box<Polygon>, plane: Plane, facet: u32 },
     Cluster(u32),
