@@ -56,7 +56,7 @@ fn on_facet(hierarchy: &Hierarchy, facet: u32) -> Vec<Contact> {
         return contacts;
     }
     let plane = hierarchy.facets[facet as usize].plane;
-    let (bounds, least) = (polygon.bounds(), LEAST_CONTACT * width(&polygon));
+    let (bounds, least) = (polygon.bounds(), LEAST_CONTACT * width(&polygon).max(SMALLEST));
     let mut stack = vec![0u32];
     while let Some(index) = stack.pop() {
         let node = &hierarchy.nodes[index as usize];
@@ -130,7 +130,7 @@ pub(crate) fn dividing(line: Contact, polygon: &Polygon, plane: &Plane) -> Optio
         }
     }
     let (first, last) = (enters.max(0.0), leaves.min(a.distance(b)));
-    let least = (leaves - enters).max(width(polygon)) * LEAST_CONTACT;
+    let least = (leaves - enters).max(width(polygon)).max(SMALLEST) * LEAST_CONTACT;
     (last - first >= least).then(|| [a + along * first, a + along * last])
 }
 

@@ -1,6 +1,6 @@
 //! Elements: the pieces a facet's side is cut into while it is refined.
 //!
-//! A piece is fixed by the way from its root (every split is [`bisect`](crate::math::Polygon::bisect)),
+//! A piece is fixed by the way from its root (every split is fixed by the piece itself),
 //! so several threads can grow the same tree and always get the same one; only the provisional ids
 //! depend on who came first, and they are replaced after each refinement.
 

@@ -34,7 +34,7 @@ impl CosineLobes {
         self.evaluate_signed(x).max(Vec3::ZERO)
     }
 
-    /// S.
+    /// The sum at unit direction `x`, which may be a little negative.
     pub fn evaluate_signed(&self, x: Vec3) -> Vec3 {
         let y = basis(x);
         let band: [f32; 9] = std::array::from_fn(|i| match i {

@@ -40,6 +40,9 @@ pub enum GridError {
         /// Points it would have.
         count: f64,
     },
+    /// The plane has no area.
+    #[error("the scene has no extent along the plane, so there is no grid over it; give --points")]
+    Flat,
     /// The plane misses the scene.
     #[error("the height {height} is outside the scene, which reaches from {low} to {high} along its up axis")]
     Outside {
@@ -68,7 +71,7 @@ pub fn grid_points(scene: &Scene, grid: &Grid, spacing: Option<f64>) -> Result<V
         Grid::Height(height) => plane_at(scene, *height)?,
     };
     let [a, b, c, d] = corners;
-    let normal = (b - a).cross(d - a).normalize();
+    let Some(normal) = (b - a).cross(d - a).try_normalize() else { return Err(GridError::Flat) };
     let (width, depth) = (a.distance(b).max(d.distance(c)), a.distance(d).max(b.distance(c)));
     let spacing = spacing.unwrap_or(width.max(depth) / CELLS);
     let (columns, rows) = ((width / spacing).round().max(1.0), (depth / spacing).round().max(1.0));

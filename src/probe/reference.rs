@@ -45,7 +45,11 @@ impl Deviation {
         let mut squares = 0.0;
         for (index, (f, r)) in found.iter().zip(reference).enumerate() {
             let difference = part(f) - part(&r.irradiance);
-            let beyond = (difference.abs() - part(&r.error) * NOISE).max(DVec3::ZERO);
+            let beyond = if difference.is_finite() {
+                (difference.abs() - part(&r.error) * NOISE).max(DVec3::ZERO)
+            } else {
+                DVec3::MAX
+            };
             deviation.bias += difference.element_sum() / (count * mean);
             squares += beyond.length_squared();
             if beyond.max_element() / mean > deviation.worst {
@@ -78,7 +82,7 @@ const COLUMNS: [&str; 12] = [
 /// and `se_direct_*` for `r`, `g` and `b`, in any order, one row a point.
 ///
 /// # Errors
-/// When the file cannot be read, a column is missing or a value is no finite number.
+/// When the file cannot be read, a column is missing or a value is no finite number from 0.
 pub fn read_reference(path: &Path) -> Result<Vec<Reference>, ProbeError> {
     let text = read_text(path)?;
     let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
@@ -100,8 +104,9 @@ pub fn read_reference(path: &Path) -> Result<Vec<Reference>, ProbeError> {
         let mut row = [0.0; COLUMNS.len()];
         for ((value, place), name) in row.iter_mut().zip(places).zip(COLUMNS) {
             let cell = cells.get(place).copied().unwrap_or_default();
-            *value = cell.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| {
-                malformed(index, format!("{} in column '{name}' is no finite number", quoted(cell)))
+            let is_right = |v: &f64| v.is_finite() && *v >= 0.0;
+            *value = cell.parse().ok().filter(is_right).ok_or_else(|| {
+                malformed(index, format!("{} in column '{name}' is no finite number from 0", quoted(cell)))
             })?;
         }
         let [a, b, c, d] = std::array::from_fn(|i| DVec3::new(row[3 * i], row[3 * i + 1], row[3 * i + 2]));

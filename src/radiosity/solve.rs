@@ -127,7 +127,7 @@ impl Solution {
     /// Bytes of elements and clusters.
     pub fn elements_bytes(&self) -> u64 {
         let element =
-            size_of::<crate::hierarchy::ElementTree>() + size_of::<Vec3>() * 3 + size_of::<f32>() * 3;
+            size_of::<crate::hierarchy::ElementTree>() + size_of::<Vec3>() * 3 + size_of::<f32>() * 5;
         let cluster = size_of::<crate::math::CosineLobes>() + 3 * size_of::<f32>();
         (self.forest.len() * element + self.light.power.len() * cluster) as u64
     }

@@ -1,10 +1,10 @@
 //! Stray light: what no link carries, because the few rays of a pair saw no way through. Each such pair
 //! brings next to nothing, but there are very many of them. Rays over whole groups of surfaces find how
-//! much light they bring together; the surfaces of a group then receive that much more than their links
-//! bring.
+//! much reflected light they bring together; the surfaces of a group then receive that much more than their
+//! links bring. Emission is left out: few rays meet a lamp, so what they found would be noise.
 
 use super::forest::{Forest, Piece};
-use super::links::LinkSet;
+use super::links::{LinkClass, LinkSet};
 use super::transport::Light;
 use crate::hierarchy::{Hierarchy, NodeKind, Side};
 use crate::math::{PairSequence, cosine_direction, hash_pair};
@@ -23,6 +23,9 @@ const LARGEST: f64 = 4.0;
 
 /// No group receives more than this times what its links bring.
 const MOST: f64 = 4.0;
+
+/// A group never sends back more than this share of what it receives over links.
+const MOST_RETURNED: f64 = 0.99;
 
 /// Gains are rounded to this part of 1.
 const STEPS: f64 = 1024.0;
@@ -53,18 +56,21 @@ impl Strays {
     ) -> Strays {
         let group_area = GROUP * wall_area;
         let groups = scene.groups(group_area);
+        // One array of marks for each of a few long runs of groups: they are as large as the scene.
+        let run = groups.len().div_ceil(4 * rayon::current_num_threads()).max(1);
         let gains: Vec<f32> = groups
-            .par_iter()
-            .map_init(
-                || Covered { stamp: 0, marks: vec![0; scene.hierarchy.nodes.len() + scene.forest.len()] },
-                |covered, group| {
+            .par_chunks(run)
+            .flat_map_iter(|groups| {
+                let marks = vec![0; scene.hierarchy.nodes.len() + scene.forest.len()];
+                let mut covered = Covered { stamp: 0, marks };
+                let gain = move |group: &Group| {
                     let count = rays as f64 * (group.area / group_area).min(LARGEST);
                     let count = (count as u32).max(FEWEST).next_multiple_of(PACKET as u32);
-                    let gain = scene.gain(group, count, before, covered);
                     advance(1);
-                    gain
-                },
-            )
+                    scene.gain(group, count, before, &mut covered)
+                };
+                groups.iter().map(gain)
+            })
             .collect();
         let mut strays = Strays::none(scene.forest.len());
         for (group, gain) in groups.iter().zip(gains) {
@@ -202,7 +208,7 @@ impl Watched<'_> {
         let (mut marked, mut own) = (usize::MAX, common);
         let first_cell = group.cells.first().map_or(0, |cell| cell.side as u64);
         let sequence = PairSequence::new(hash_pair(first_cell, 0x57_72_61_79));
-        let mut stray = 0.0;
+        let (mut stray, mut linked_rays) = (0.0, 0);
         for first in (0..count).step_by(PACKET) {
             let owners: [usize; PACKET] = std::array::from_fn(|i| {
                 let at = (f64::from(first + i as u32) + 0.5) / f64::from(count) * sum;
@@ -237,6 +243,7 @@ impl Watched<'_> {
                 let irradiance = self.light.irradiance[source.id() as usize];
                 let brought = (irradiance * reflectance).element_sum() as f64;
                 if brought <= 0.0 {
+                    linked_rays += 1;
                     continue;
                 }
                 if marked != owners[i] {
@@ -247,13 +254,23 @@ impl Watched<'_> {
                 }
                 covered.next();
                 self.mark_elements(&group.cells[marked], departures[i].point, covered);
-                if !covered.holds(self, side, source.id(), [common, own]) {
+                if covered.holds(self, side, source.id(), [common, own]) {
+                    linked_rays += 1;
+                } else {
                     stray += brought / f64::from(count);
                 }
             }
         }
+        // What comes back over the links, that much more of it, must not grow from bounce to bounce.
+        let reflectances = group.cells.iter().map(|cell| {
+            let facet = self.forest.side(cell.side as usize).facet;
+            Vec3::from(self.hierarchy.material(facet).reflectance).max_element()
+        });
+        let returned =
+            f64::from(reflectances.fold(0.0, f32::max)) * f64::from(linked_rays) / f64::from(count);
+        let most = MOST.min((MOST_RETURNED / returned.max(f64::MIN_POSITIVE)).max(1.0));
         // Rounded, so that what differs by rounding stays the same.
-        let gain = ((linked + stray * sum) / linked).min(MOST);
+        let gain = ((linked + stray * sum) / linked).min(most);
         ((gain * STEPS).round() / STEPS) as f32
     }
 
@@ -289,7 +306,7 @@ impl Covered {
     }
 
     fn mark(&mut self, links: &LinkSet, receiver: u32) {
-        for link in links.of(receiver) {
+        for link in links.of(receiver).iter().filter(|link| link.class != LinkClass::Untested) {
             self.marks[link.source as usize] = self.stamp;
         }
     }
