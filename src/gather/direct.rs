@@ -47,6 +47,8 @@ struct Part {
 pub(super) struct Spotlit {
     pub(super) point: DVec3,
     pub(super) normal: DVec3,
+    /// Unit normal of the side it lies on; nothing comes from below that. In mid-air, `normal`.
+    pub(super) surface: DVec3,
     /// The facet it lies on, or [`NO_FACET`].
     pub(super) facet: u32,
 }
@@ -62,13 +64,14 @@ pub(super) fn direct(
     samples: u32,
     sequence: &PairSequence,
 ) -> DVec3 {
-    let horizon = Plane::through(at.point, at.normal);
+    let horizons = [at.normal, at.surface].map(|normal| Plane::through(at.point, normal));
     let mut whole: Vec<Part> = Vec::new();
     for (index, emitter) in emitters.iter().enumerate() {
         if emitter.facet == at.facet || emitter.plane.distance(at.point) <= 0.0 {
             continue;
         }
-        let Some(polygon) = emitter.polygon.clipped(&horizon) else { continue };
+        let above = horizons.iter().try_fold(emitter.polygon, |polygon, horizon| polygon.clipped(horizon));
+        let Some(polygon) = above else { continue };
         let irradiance = unblocked(&polygon, emitter, at);
         if irradiance.max_element() > 0.0 {
             whole.push(Part { polygon, irradiance, emitter: index });

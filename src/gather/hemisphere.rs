@@ -2,7 +2,7 @@
 //! solution says how bright that is.
 
 use super::direct::Spotlit;
-use crate::hierarchy::{Hierarchy, Side};
+use crate::hierarchy::Hierarchy;
 use crate::math::{PairSequence, cosine_direction};
 use crate::radiosity::Solution;
 use crate::tracer::{Departure, PACKET, Ray, Tracer, departing_hits};
@@ -24,24 +24,19 @@ pub(super) fn reflected(
         let departures: [Departure; PACKET] = std::array::from_fn(|i| {
             let [_, _, s, t] = sequence.point(first + i as u32);
             let direction = cosine_direction(at.normal, s, t);
-            Departure { point: at.point, normal: at.normal, facet: at.facet, direction }
+            Departure { point: at.point, normal: at.surface, facet: at.facet, direction }
         });
         let mut rays = [Ray { origin: Vec3::ZERO, direction: Vec3::Z }; PACKET];
         let mut hits = [None; PACKET];
         departing_hits(tracer, &departures[..count], &mut rays[..count], &mut hits[..count]);
         for (ray, hit) in rays.iter().zip(hits.iter().take(count)) {
             let Some(hit) = hit else { continue };
-            let direction = ray.direction.as_dvec3();
-            let back = hierarchy.facets[hit.facet as usize].plane.normal.dot(direction) > 0.0;
-            let point = ray.origin.as_dvec3() + direction * hit.t as f64;
-            let reflectance = Vec3::from(hierarchy.material(hit.facet).reflectance);
-            let side = Side { facet: hit.facet, back };
-            let irradiance = solution
-                .forest
-                .leaf_at(hierarchy, side, point)
-                .map(|leaf| solution.light.irradiance[leaf.id() as usize]);
-            if let Some(irradiance) = irradiance {
-                sum += (reflectance * irradiance).as_dvec3();
+            if at.surface.dot(ray.direction.as_dvec3()) <= 0.0 {
+                continue;
+            }
+            if let Some(leaf) = solution.forest.leaf_met(hierarchy, ray, hit) {
+                let reflectance = Vec3::from(hierarchy.material(hit.facet).reflectance);
+                sum += (reflectance * solution.light.irradiance[leaf.id() as usize]).as_dvec3();
             }
         }
     }

@@ -63,9 +63,10 @@ impl<'a> Gatherer<'a> {
             Some(Side { facet, back }) => {
                 let plane = self.hierarchy.facets[facet as usize].plane;
                 let plane = if back { plane.flipped() } else { plane };
-                Spotlit { point: point + plane.normal * (LIFT - plane.distance(point)), normal, facet }
+                let point = point + plane.normal * (LIFT - plane.distance(point));
+                Spotlit { point, normal, surface: plane.normal, facet }
             }
-            None => Spotlit { point, normal, facet: NO_FACET },
+            None => Spotlit { point, normal, surface: normal, facet: NO_FACET },
         }
     }
 

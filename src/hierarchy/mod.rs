@@ -120,6 +120,12 @@ impl Hierarchy {
         &self.materials[self.facets[facet as usize].material as usize]
     }
 
+    /// The side of a facet that a ray with this direction meets.
+    pub fn side_met(&self, facet: u32, direction: Vec3) -> Side {
+        let normal = self.facets[facet as usize].plane.normal;
+        Side { facet, back: normal.dot(direction.as_dvec3()) > 0.0 }
+    }
+
     /// The leaf that holds a facet.
     pub fn leaf(&self, facet: u32) -> u32 {
         self.leaf_of_facet[facet as usize]

@@ -3,7 +3,7 @@
 
 use super::forest::Forest;
 use super::transport::Light;
-use crate::hierarchy::{Hierarchy, Side};
+use crate::hierarchy::Hierarchy;
 use crate::math::{PairSequence, cosine_direction};
 use crate::tracer::{Departure, PACKET, Ray, Tracer, departing_hits};
 use glam::Vec3;
@@ -69,14 +69,13 @@ pub(super) fn flight(hierarchy: &Hierarchy, forest: &Forest, light: &Light, trac
             departing_hits(tracer, &departures, &mut rays, &mut hits);
             (0..PACKET).filter_map(move |i| {
                 let (ray, hit) = (&rays[i], hits[i]?);
-                let normal = hierarchy.facets[hit.facet as usize].plane.normal;
-                let back = normal.dot(ray.direction.as_dvec3()) > 0.0;
+                let side = hierarchy.side_met(hit.facet, ray.direction);
                 let areas = [departures[i].facet, hit.facet].map(|facet| hierarchy.polygon(facet).area());
                 Some(Landing {
                     point: ray.origin + ray.direction * hit.t,
                     square: (hit.t as f64).powi(2),
                     least: LEAST_WALL * areas[0].min(areas[1]),
-                    on_back: forest.side_index(Side { facet: hit.facet, back }).is_none(),
+                    on_back: forest.side_index(side).is_none(),
                 })
             })
         })

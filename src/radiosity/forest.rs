@@ -3,6 +3,7 @@
 use super::cuts::{Cuts, Division, NO_CUT};
 use crate::hierarchy::{ElementTree, Hierarchy, Side};
 use crate::math::{Plane, Polygon, hash_pair};
+use crate::tracer::{Hit, Ray};
 use glam::{DVec3, Vec3};
 use std::sync::atomic::AtomicU32;
 
@@ -67,11 +68,6 @@ impl<'a> Piece<'a> {
     /// The outlines of both halves.
     pub fn division(&self, forest: &Forest) -> Division {
         forest.divide(&self.polygon, self.cut)
-    }
-
-    /// Whether it is not cut any more, and not part of what is not.
-    pub(super) fn is_cell(&self) -> bool {
-        self.cut == NO_CUT && self.cell == self.id()
     }
 
     /// The id of the element at this moment.
@@ -182,6 +178,12 @@ impl Forest {
             piece = if is_first { a } else { b };
         }
         Some(piece)
+    }
+
+    /// The leaf element that a ray met; `None` for a side that takes no part.
+    pub fn leaf_met(&self, hierarchy: &Hierarchy, ray: &Ray, hit: &Hit) -> Option<Piece<'_>> {
+        let point = ray.origin.as_dvec3() + ray.direction.as_dvec3() * hit.t as f64;
+        self.leaf_at(hierarchy, hierarchy.side_met(hit.facet, ray.direction), point)
     }
 
     /// Numbers all elements anew in depth-first order; returns, for each old id, the new one.

@@ -1,16 +1,17 @@
 //! Stray light: what no link carries, because the few rays of a pair saw no way through. Each such pair
 //! brings next to nothing, but there are very many of them. Rays over whole groups of surfaces find how
 //! much reflected light they bring together; the surfaces of a group then receive that much more than their
-//! links bring. Emission is left out: few rays meet a lamp, so what they found would be noise.
+//! links bring, both sides of small ones alike. Emission is left out: few rays meet a lamp, so what they found would be noise.
 
-use super::forest::{Forest, Piece};
+use super::forest::Forest;
 use super::links::{LinkClass, LinkSet};
 use super::transport::Light;
-use crate::hierarchy::{Hierarchy, NodeKind, Side};
+use crate::hierarchy::{Hierarchy, NodeKind};
 use crate::math::{PairSequence, cosine_direction, hash_pair};
 use crate::tracer::{Departure, PACKET, Ray, Tracer, departing_hits};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// A group of surfaces has about this share of the area of a wall.
 const GROUP: f64 = 1.0 / 16.0;
@@ -74,11 +75,7 @@ impl Strays {
             .collect();
         let mut strays = Strays::none(scene.forest.len());
         for (group, gain) in groups.iter().zip(gains) {
-            for cell in &group.cells {
-                let first = cell.element as usize;
-                let elements = scene.forest.cell[first..].iter().take_while(|&&c| c == cell.element).count();
-                strays.0[first..first + elements].fill(gain);
-            }
+            strays.0[scene.elements(group)].fill(gain);
         }
         strays
     }
@@ -93,21 +90,11 @@ pub(super) struct Watched<'a> {
     pub(super) tracer: &'a dyn Tracer,
 }
 
-/// A side, or the part of it between the lines it is cut along.
-struct Cell {
-    /// Its first element.
-    element: u32,
-    side: u32,
-    /// The nodes above it that lie within its group.
-    chain: Vec<u32>,
-}
-
-/// Surfaces that are looked at together. Groups hold whole cells, so that it does not matter how finely
-/// these are divided.
+/// Surfaces that are looked at together: a cluster, or one cell of a large facet, which is a side or the
+/// part of it between the lines it is cut along. So it does not matter how finely a cell is divided.
 struct Group {
-    cells: Vec<Cell>,
-    /// Nodes above all of it.
-    above: Vec<u32>,
+    /// The node that holds all of it.
+    root: u32,
     area: f64,
 }
 
@@ -121,58 +108,89 @@ impl Watched<'_> {
     /// All lit surfaces, in groups of at most about this area.
     fn groups(&self, most: f64) -> Vec<Group> {
         let mut groups = Vec::new();
-        let mut above = Vec::new();
-        self.groups_of(0, most, &mut above, &mut groups);
+        self.groups_of(0, most, &mut groups);
         groups
     }
 
-    fn groups_of(&self, index: u32, most: f64, above: &mut Vec<u32>, groups: &mut Vec<Group>) {
-        let node = &self.hierarchy.nodes[index as usize];
+    fn groups_of(&self, root: u32, most: f64, groups: &mut Vec<Group>) {
+        let node = &self.hierarchy.nodes[root as usize];
         let area = node.area as f64 * self.hierarchy.sides() as f64;
         if area <= most {
-            let mut group = Group { cells: Vec::new(), above: above.clone(), area };
-            self.collect(index, &mut Vec::new(), &mut group.cells);
-            groups.push(group);
+            groups.push(Group { root, area });
             return;
         }
-        match node.kind(index) {
+        match node.kind(root) {
             NodeKind::Cluster(children) => {
-                above.push(index);
-                children.into_iter().for_each(|child| self.groups_of(child, most, above, groups));
-                above.pop();
+                children.into_iter().for_each(|child| self.groups_of(child, most, groups));
             }
-            NodeKind::Leaf(_) => {
-                let mut cells = Vec::new();
-                self.collect(index, &mut Vec::new(), &mut cells);
-                groups.extend(cells.into_iter().map(|cell| {
-                    let area = self.forest.area[cell.element as usize] as f64;
-                    Group { cells: vec![cell], above: above.clone(), area }
-                }));
-            }
+            NodeKind::Leaf(_) => groups.extend(self.cells(self.elements_of(root)).map(|cell| {
+                let area = self.forest.area[cell as usize] as f64;
+                Group { root: self.node_of(cell), area }
+            })),
         }
     }
 
-    fn collect(&self, index: u32, chain: &mut Vec<u32>, cells: &mut Vec<Cell>) {
-        chain.push(index);
-        match self.hierarchy.nodes[index as usize].kind(index) {
-            NodeKind::Cluster(children) => children.into_iter().for_each(|c| self.collect(c, chain, cells)),
-            NodeKind::Leaf(facet) => {
-                for side in self.forest.sides_of(facet) {
-                    self.collect_cells(self.forest.root(self.hierarchy, side), side as u32, chain, cells);
+    /// All elements of a group.
+    fn elements(&self, group: &Group) -> Range<usize> {
+        match group.root.checked_sub(self.node_of(0)) {
+            None => self.elements_of(group.root),
+            Some(cell) => cell as usize..self.end_of_cell(cell as usize),
+        }
+    }
+
+    /// All elements of a cluster.
+    fn elements_of(&self, cluster: u32) -> Range<usize> {
+        let node = &self.hierarchy.nodes[cluster as usize];
+        let end = self.forest.sides_of(node.end - 1).end;
+        let sides = self.forest.sides_of(node.first).start..end;
+        let [start, end] = [sides.start, sides.end].map(|side| self.forest.first_element[side] as usize);
+        start..end
+    }
+
+    fn end_of_cell(&self, cell: usize) -> usize {
+        cell + self.forest.cell[cell..].iter().take_while(|&&c| c as usize == cell).count()
+    }
+
+    /// The first elements of all cells among `elements`.
+    fn cells(&self, elements: Range<usize>) -> impl Iterator<Item = u32> + '_ {
+        let Range { mut start, end } = elements;
+        std::iter::from_fn(move || {
+            // An element of several cells is none itself: what follows it belongs to the first of them.
+            while start < end {
+                let first = start;
+                start = self.end_of_cell(first);
+                if self.forest.second[first] == 0 || start > first + 1 {
+                    return Some(first as u32);
                 }
             }
-        }
-        chain.pop();
+            None
+        })
     }
 
-    fn collect_cells(&self, piece: Piece<'_>, side: u32, chain: &mut Vec<u32>, cells: &mut Vec<Cell>) {
-        if piece.is_cell() {
-            cells.push(Cell { element: piece.id(), side, chain: chain.clone() });
-            return;
-        }
-        chain.push(self.node_of(piece.id()));
-        piece.halves(self.forest).into_iter().for_each(|half| self.collect_cells(half, side, chain, cells));
-        chain.pop();
+    /// The nodes from `from` down to `to`, which lies in it.
+    fn path(&self, from: u32, to: u32) -> impl Iterator<Item = u32> + '_ {
+        let clusters = self.node_of(0);
+        let side = to.checked_sub(clusters).map(|element| self.forest.side_of(element));
+        let facet = match side {
+            Some(side) => self.forest.side(side).facet,
+            None => self.hierarchy.nodes[to as usize].first,
+        };
+        std::iter::successors(Some(from), move |&node| {
+            if node == to {
+                return None;
+            }
+            if let Some(element) = node.checked_sub(clusters) {
+                let second = clusters + self.forest.second[element as usize];
+                return Some(if to < second { node + 1 } else { second });
+            }
+            match self.hierarchy.nodes[node as usize].kind(node) {
+                NodeKind::Leaf(_) => side.map(|side| self.node_of(self.forest.first_element[side])),
+                NodeKind::Cluster([first, second]) => {
+                    let is_second = facet >= self.hierarchy.nodes[second as usize].first;
+                    Some(if is_second { second } else { first })
+                }
+            }
+        })
     }
 
     fn node_of(&self, element: u32) -> u32 {
@@ -181,44 +199,43 @@ impl Watched<'_> {
 
     /// What a group receives over what its links bring.
     fn gain(&self, group: &Group, count: u32, before: &Strays, covered: &mut Covered) -> f32 {
-        let area = |cell: &Cell| self.forest.area[cell.element as usize] as f64;
-        let linked: f64 = group
-            .cells
+        let cells: Vec<u32> = self.cells(self.elements(group)).collect();
+        let area = |cell: u32| self.forest.area[cell as usize] as f64;
+        let linked: f64 = cells
             .iter()
-            .map(|cell| {
-                let irradiance = self.light.irradiance[cell.element as usize].element_sum();
-                (irradiance / before.gain(cell.element)) as f64 * area(cell)
+            .map(|&cell| {
+                let irradiance = self.light.irradiance[cell as usize].element_sum();
+                (irradiance / before.gain(cell)) as f64 * area(cell)
             })
             .sum();
         if linked <= 0.0 {
             return 1.0;
         }
         let mut sum = 0.0;
-        let sums: Vec<f64> = group
-            .cells
+        let sums: Vec<f64> = cells
             .iter()
-            .map(|cell| {
+            .map(|&cell| {
                 sum += area(cell);
                 sum
             })
             .collect();
         covered.begin();
-        group.above.iter().for_each(|&node| covered.mark(self.links, node));
+        self.path(0, group.root).for_each(|node| covered.mark(self.links, node));
         let common = covered.stamp;
         let (mut marked, mut own) = (usize::MAX, common);
-        let first_cell = group.cells.first().map_or(0, |cell| cell.side as u64);
-        let sequence = PairSequence::new(hash_pair(first_cell, 0x57_72_61_79));
+        let side = cells.first().map_or(0, |&cell| self.forest.side_of(cell));
+        let sequence = PairSequence::new(hash_pair(side as u64, 0x57_72_61_79));
         let (mut stray, mut linked_rays) = (0.0, 0);
         for first in (0..count).step_by(PACKET) {
             let owners: [usize; PACKET] = std::array::from_fn(|i| {
                 let at = (f64::from(first + i as u32) + 0.5) / f64::from(count) * sum;
                 sums.partition_point(|&s| s <= at).min(sums.len() - 1)
             });
-            let mut known = (owners[0], self.forest.piece(self.hierarchy, group.cells[owners[0]].element));
+            let mut known = (owners[0], self.forest.piece(self.hierarchy, cells[owners[0]]));
             let departures: [Departure; PACKET] = std::array::from_fn(|i| {
                 let [u, v, s, t] = sequence.point(first + i as u32);
                 if known.0 != owners[i] {
-                    let piece = self.forest.piece(self.hierarchy, group.cells[owners[i]].element);
+                    let piece = self.forest.piece(self.hierarchy, cells[owners[i]]);
                     known = (owners[i], piece);
                 }
                 let piece = &known.1;
@@ -234,11 +251,7 @@ impl Watched<'_> {
             departing_hits(self.tracer, &departures, &mut rays, &mut hits);
             for i in 0..PACKET {
                 let Some(hit) = hits[i] else { continue };
-                let plane = self.hierarchy.facets[hit.facet as usize].plane;
-                let back = plane.normal.dot(rays[i].direction.as_dvec3()) > 0.0;
-                let side = Side { facet: hit.facet, back };
-                let point = (rays[i].origin + rays[i].direction * hit.t).as_dvec3();
-                let Some(source) = self.forest.leaf_at(self.hierarchy, side, point) else { continue };
+                let Some(source) = self.forest.leaf_met(self.hierarchy, &rays[i], &hit) else { continue };
                 let reflectance = Vec3::from(self.hierarchy.material(hit.facet).reflectance);
                 let irradiance = self.light.irradiance[source.id() as usize];
                 let brought = (irradiance * reflectance).element_sum() as f64;
@@ -250,11 +263,12 @@ impl Watched<'_> {
                     marked = owners[i];
                     covered.next();
                     own = covered.stamp;
-                    group.cells[marked].chain.iter().for_each(|&node| covered.mark(self.links, node));
+                    let cell = self.node_of(cells[marked]);
+                    self.path(group.root, cell).for_each(|node| covered.mark(self.links, node));
                 }
                 covered.next();
-                self.mark_elements(&group.cells[marked], departures[i].point, covered);
-                if covered.holds(self, side, source.id(), [common, own]) {
+                self.mark_elements(cells[marked], departures[i].point, covered);
+                if covered.holds(self, source.id(), [common, own]) {
                     linked_rays += 1;
                 } else {
                     stray += brought / f64::from(count);
@@ -262,8 +276,8 @@ impl Watched<'_> {
             }
         }
         // What comes back over the links, that much more of it, must not grow from bounce to bounce.
-        let reflectances = group.cells.iter().map(|cell| {
-            let facet = self.forest.side(cell.side as usize).facet;
+        let reflectances = cells.iter().map(|&cell| {
+            let facet = self.forest.side(self.forest.side_of(cell)).facet;
             Vec3::from(self.hierarchy.material(facet).reflectance).max_element()
         });
         let returned =
@@ -275,8 +289,8 @@ impl Watched<'_> {
     }
 
     /// Marks what covers sources for a point of a cell, from the cell down to the leaf element.
-    fn mark_elements(&self, cell: &Cell, point: DVec3, covered: &mut Covered) {
-        let mut piece = self.forest.piece(self.hierarchy, cell.element);
+    fn mark_elements(&self, cell: u32, point: DVec3, covered: &mut Covered) {
+        let mut piece = self.forest.piece(self.hierarchy, cell);
         let normal = piece.plane.normal;
         loop {
             covered.mark(self.links, self.node_of(piece.id()));
@@ -311,37 +325,12 @@ impl Covered {
         }
     }
 
-    /// Whether a link covers the leaf element on this side: one made to it or to a node above it, marked now
-    /// or with one of the `older` stamps.
-    fn holds(&self, scene: &Watched<'_>, side: Side, leaf: u32, older: [u32; 2]) -> bool {
-        let is_marked = |node: u32| {
+    /// Whether a link covers a leaf element: one made to it or to a node above it, marked now or with one
+    /// of the `older` stamps.
+    fn holds(&self, scene: &Watched<'_>, leaf: u32, older: [u32; 2]) -> bool {
+        scene.path(0, scene.node_of(leaf)).any(|node| {
             let mark = self.marks[node as usize];
             mark == self.stamp || older.contains(&mark)
-        };
-        let mut index = 0u32;
-        loop {
-            if is_marked(index) {
-                return true;
-            }
-            match scene.hierarchy.nodes[index as usize].kind(index) {
-                NodeKind::Leaf(_) => break,
-                NodeKind::Cluster([first, second]) => {
-                    let is_second = side.facet >= scene.hierarchy.nodes[second as usize].first;
-                    index = if is_second { second } else { first };
-                }
-            }
-        }
-        let Some(side) = scene.forest.side_index(side) else { return true };
-        let mut element = scene.forest.first_element[side];
-        loop {
-            if is_marked(scene.node_of(element)) {
-                return true;
-            }
-            if element == leaf {
-                return false;
-            }
-            let second = scene.forest.second[element as usize];
-            element = if leaf < second { element + 1 } else { second };
-        }
+        })
     }
 }
