@@ -1,10 +1,11 @@
 //! Rays that carry the light of a solution one step, from where it leaves to where it lands. They know
 //! nothing of links, so they can judge them.
 
-use super::subject::{Lottery, Subject, lifted};
-use crate::hierarchy::Side;
+use super::subject::{Lottery, Subject};
 use crate::math::{PairSequence, cosine_direction};
-use crate::tracer::{PACKET, Ray};
+use crate::radiosity::Piece;
+use crate::tracer::{Departure, PACKET, Ray, departing_hits};
+use glam::Vec3;
 use rayon::prelude::*;
 
 /// Rays, each standing for the same power: what becomes of a share p of the light is found to within
@@ -62,33 +63,34 @@ pub(super) fn flights(subject: &Subject<'_>) -> Flights {
         .into_par_iter()
         .flat_map_iter(|packet| {
             let mut from = [0; PACKET];
-            let rays: [Ray; PACKET] = std::array::from_fn(|i| {
+            let departures: [Departure; PACKET] = std::array::from_fn(|i| {
                 let index = packet * PACKET as u32 + i as u32;
                 from[i] = lottery.pick((index as f64 + 0.5) / RAYS as f64);
                 let [u, v, s, t] = sequence.point(index);
-                let piece = subject.piece(from[i]);
-                let normal = piece.plane.normal;
-                let origin = lifted(piece.polygon.point_at(u, v), normal).as_vec3();
-                Ray { origin, direction: cosine_direction(normal, s, t) }
+                departure(&subject.piece(from[i]), [u, v, s, t])
             });
-            let landings = landings(subject, &rays);
+            let landings = landings(subject, &departures);
             (0..PACKET).map(move |i| Flight { from: from[i], landing: landings[i] })
         })
         .collect();
     Flights { all, power: lottery.total / RAYS as f64 }
 }
 
+/// A ray from a point of an element; directions are distributed like the cosine.
+pub(super) fn departure(piece: &Piece<'_>, [u, v, s, t]: [f64; 4]) -> Departure {
+    let normal = piece.plane.normal;
+    let (point, direction) = (piece.polygon.point_at(u, v), cosine_direction(normal, s, t));
+    Departure { point, normal, facet: piece.side.facet, direction }
+}
+
 /// Where rays end.
-pub(super) fn landings(subject: &Subject<'_>, rays: &[Ray; PACKET]) -> [Landing; PACKET] {
-    let (hierarchy, forest) = (subject.hierarchy, &subject.solution.forest);
+pub(super) fn landings(subject: &Subject<'_>, departures: &[Departure; PACKET]) -> [Landing; PACKET] {
+    let mut rays = [Ray { origin: Vec3::ZERO, direction: Vec3::Z }; PACKET];
     let mut hits = [None; PACKET];
-    subject.tracer.first_hits(rays, &mut hits);
+    departing_hits(subject.tracer, departures, &mut rays, &mut hits);
     std::array::from_fn(|i| {
-        let (Some(hit), ray) = (hits[i], &rays[i]) else { return Landing::Escaped };
-        let direction = ray.direction.as_dvec3();
-        let back = hierarchy.facets[hit.facet as usize].plane.normal.dot(direction) > 0.0;
-        let point = ray.origin.as_dvec3() + direction * hit.t as f64;
-        let leaf = forest.leaf_at(hierarchy, Side { facet: hit.facet, back }, point);
+        let Some(hit) = &hits[i] else { return Landing::Escaped };
+        let leaf = subject.solution.forest.leaf_met(subject.hierarchy, &rays[i], hit);
         leaf.map_or(Landing::OnBack, |leaf| Landing::On(leaf.id()))
     })
 }

@@ -1,11 +1,11 @@
 //! Row sums: the share of its hemisphere that the links of an element cover.
 
 use super::carried::even_light;
-use super::flights::{Landing, landings};
-use super::subject::{Lottery, Subject, fraction, lifted};
-use crate::math::{CosineLobes, PairSequence, cosine_direction, hash_pair};
+use super::flights::{Landing, departure, landings};
+use super::subject::{Lottery, Subject, fraction};
+use crate::math::{CosineLobes, PairSequence, hash_pair};
 use crate::radiosity::{Light, Link, LinkClass, direction};
-use crate::tracer::{Candidates, FilterAudit, NO_FACET, PACKET, Ray, Segment};
+use crate::tracer::{Candidates, FilterAudit, NO_FACET, PACKET, Segment};
 use rayon::prelude::*;
 
 /// Elements whose rows are compared with rays.
@@ -116,18 +116,15 @@ fn clear_share(subject: &Subject<'_>, element: u32, link: &Link, even: &Light) -
 
 fn covered_by_rays(subject: &Subject<'_>, element: u32, even: &Light, index: u32) -> f64 {
     let piece = subject.piece(element);
-    let normal = piece.plane.normal;
     let sequence = PairSequence::new(hash_pair(index as u64, 3));
     let met: usize = (0..RAYS / PACKET as u32)
         .map(|packet| {
-            let rays: [Ray; PACKET] = std::array::from_fn(|i| {
-                let [u, v, s, t] = sequence.point(packet * PACKET as u32 + i as u32);
-                let origin = lifted(piece.polygon.point_at(u, v), normal).as_vec3();
-                Ray { origin, direction: cosine_direction(normal, s, t) }
+            let departures = std::array::from_fn(|i| {
+                departure(&piece, sequence.point(packet * PACKET as u32 + i as u32))
             });
             let is_lit =
                 |on: &Landing| matches!(on, Landing::On(leaf) if even.exitance[*leaf as usize].x > 0.0);
-            landings(subject, &rays).iter().filter(|landing| is_lit(landing)).count()
+            landings(subject, &departures).iter().filter(|landing| is_lit(landing)).count()
         })
         .sum();
     met as f64 / RAYS as f64

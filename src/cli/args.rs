@@ -139,8 +139,8 @@ pub(super) struct CheckArgs {
 /// How exact the solution has to be and how visibility is decided.
 #[derive(Debug, Args)]
 pub(super) struct SolutionArgs {
-    /// Sets --epsilon, --min-size, --rays, --iterations and --samples, where they are not given, and how
-    /// closely shadows are followed
+    /// Sets --epsilon, --min-size, --rays and --iterations, where they are not given, how closely shadows are
+    /// followed, and the samples of a picture
     #[arg(long, value_name = "LEVEL", help_heading = "Solution", value_enum, default_value_t = QualityArg::Normal)]
     pub(super) quality: QualityArg,
     /// Power a link may get wrong, relative to the power that the irradiance there brings to a wall, in (0, 1]

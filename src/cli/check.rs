@@ -38,7 +38,7 @@ fn run_in_pool(config: &CheckConfig, progress: &dyn Progress) -> Result<(), CliE
         check: &found,
     };
     if !config.run.quiet {
-        console::answer(&report.table());
+        console::answer(&report.table())?;
     }
     if let Some(path) = &config.json {
         report.write(path)?;

@@ -1,6 +1,9 @@
 //! Lines for people. Nothing here panics when the other end of a pipe is gone.
 
 use std::io::{self, Write};
+use std::path::PathBuf;
+
+use crate::image::write::OutputError;
 
 /// Writes `error: …` on standard error, as one line whatever `message` holds.
 pub(super) fn error(message: &str) {
@@ -17,10 +20,15 @@ pub(super) fn note(text: &str) {
     let _ = io::stderr().write_all(text.as_bytes());
 }
 
-/// Writes `text` on standard output as it is. A reader that has left is no error.
-pub(super) fn answer(text: &str) {
+/// Writes `text` on standard output as it is. A reader that has left is no error; a full disk is.
+pub(super) fn answer(text: &str) -> Result<(), OutputError> {
     let mut out = io::stdout().lock();
-    let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(source) if source.kind() != io::ErrorKind::BrokenPipe => {
+            Err(OutputError::Io { path: PathBuf::from("standard output"), source })
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Joins the lines of a message, and blanks control characters that a file may have smuggled in.

@@ -15,7 +15,7 @@ pub(super) fn run(typed: &DoctorArgs) -> Result<(), CliError> {
     console::answer(&format!(
         "lightshaft        {}\n{report}tracer in use     {tracer}\n",
         env!("CARGO_PKG_VERSION")
-    ));
+    ))?;
     if report.is_usable() {
         Ok(())
     } else {

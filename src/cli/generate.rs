@@ -22,6 +22,6 @@ fn run_office(typed: &OfficeArgs) -> Result<(), CliError> {
         GenerateError::Options(message) => CliError::Usage(message),
         GenerateError::Occupied(_) | GenerateError::Io { .. } => CliError::OutputFolder(error.to_string()),
     })?;
-    console::answer(&format!("{}: {} triangles\n", written.scene.display(), written.triangles));
+    console::answer(&format!("{}: {} triangles\n", written.scene.display(), written.triangles))?;
     Ok(())
 }

@@ -121,7 +121,7 @@ fn write(config: &ProbeConfig, run: &ProbeRun) -> Result<(), CliError> {
             let mut text = Vec::new();
             write_csv(&run.points, config.lux, &mut text)
                 .map_err(|error| CliError::Internal(error.to_string()))?;
-            console::answer(&String::from_utf8_lossy(&text));
+            console::answer(&String::from_utf8_lossy(&text))?;
         }
         Some(path) if config.is_json => json::write_json(path, run)?,
         Some(path) => write_atomically(path, |file| -> Result<(), FillError> {

@@ -160,7 +160,10 @@ pub fn solve(
     let rooms = flight(hierarchy, &forest, &light, tracer).rooms;
     let mut thresholds = first_thresholds(emitted.max_element(), rooms, hierarchy, options);
 
-    while iterations < options.iterations.max(1) && !(settled && error < CONVERGED * emitted.element_sum()) {
+    let is_done = |since_settled: u32, error: f64| {
+        since_settled > LOOKED_FOR_STRAYS[0] && error < CONVERGED * emitted.element_sum()
+    };
+    while iterations < options.iterations.max(1) && !is_done(since_settled, error) {
         if weighs_again && WEIGHED_AGAIN.contains(&since_settled) {
             let start = Instant::now();
             progress.start("weigh", links.links.len() as u64);

@@ -124,3 +124,21 @@ fn a_reader_that_leaves_early_is_no_panic() {
         assert!(matches!(code, Some(0 | 3 | 7)), "{arguments:?} ended with {code:?}");
     }
 }
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_answer_that_cannot_be_written_is_code_6() {
+    let folder = Folder::with_scene();
+    folder.write("points.txt", "0 0 0 0 1 0\n");
+    for arguments in [
+        &["probe", "scene.toml", "--points", "points.txt", "--quality", "draft", "-q"][..],
+        &["check", "scene.toml", "--quality", "draft"],
+        &["doctor"],
+    ] {
+        let full = std::fs::File::options().write(true).open("/dev/full").expect("a full device");
+        let output = folder.command(arguments).stdout(full).output().expect("the binary runs");
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(6), "{arguments:?}: {stderr}");
+        assert!(stderr.contains("error: standard output: cannot write"), "{arguments:?}: {stderr}");
+    }
+}
