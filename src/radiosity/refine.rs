@@ -303,10 +303,13 @@ impl<'a> Refiner<'a> {
             figures.source_error *= fraction;
         }
         let split = match verdict.class {
-            Class::Partial if self.is_classic() => self.wanted_split(receiver, source, &figures, true),
+            // The fraction is an estimate, also when it is 0 (paper §2.1).
+            Class::Partial | Class::Invisible if self.is_classic() => {
+                self.wanted_split(receiver, source, &figures, true)
+            }
             Class::Partial => if_partial,
             _ if verdict.doubtful => if_partial,
-            Class::Invisible if verdict.inheritable || self.is_classic() => None,
+            Class::Invisible if verdict.inheritable => None,
             _ => self.wanted_split(receiver, source, &figures, false),
         };
         match split {

@@ -4,7 +4,7 @@ use super::test::Worker;
 use super::{Brightness, Pair, Tester};
 use crate::math::PairSequence;
 use crate::shaft::Shaft;
-use crate::tracer::{Candidates, ENDPOINT_EPSILON, FilterAudit, NO_FACET, PACKET, Ray, Segment};
+use crate::tracer::{Candidates, ENDPOINT_EPSILON, FilterAudit, Interval, NO_FACET, PACKET, Ray, Segment};
 use glam::DVec3;
 
 /// Most different blockers of one pair that are named.
@@ -193,5 +193,27 @@ impl Tester<'_> {
             }
         }
         named.into_iter().filter(|&facet| facet != NO_FACET)
+    }
+
+    /// All facets that block one of the last rays.
+    pub(super) fn facets_on_one(&self, worker: &mut Worker) -> Vec<u32> {
+        let mut found: Vec<u32> = Vec::new();
+        let Some(segment) = worker.segments.first() else { return found };
+        loop {
+            let ends = found.iter().copied().chain([self.hierarchy.facets.len() as u32]);
+            let starts = [0].into_iter().chain(found.iter().map(|facet| facet + 1));
+            let between = starts.zip(ends).filter(|(start, end)| start < end);
+            let others: Vec<Interval> = between.map(|(start, end)| Interval { start, end }).collect();
+            let (mut blocker, mut audit) = ([NO_FACET], FilterAudit::default());
+            let others = Candidates::Only(&others);
+            self.tracer_for_rays().blockers(&[*segment], others, &mut blocker, &mut audit);
+            worker.counters.rays_cast += 1;
+            worker.counters.filter_calls += audit.calls;
+            worker.counters.filter_rejects += audit.rejects;
+            match found.binary_search(&blocker[0]) {
+                Err(at) if blocker[0] != NO_FACET => found.insert(at, blocker[0]),
+                _ => return found,
+            }
+        }
     }
 }

@@ -252,6 +252,8 @@ impl<'a> Tester<'a> {
         }
     }
 
+    /// What blocks all segments alone blocks each of them, so it is among the facets on any one: a single
+    /// blocker is found without a shaft, too.
     fn by_rays(
         &self,
         worker: &mut Worker,
@@ -264,8 +266,15 @@ impl<'a> Tester<'a> {
         } else {
             self.cast_weighing(worker, pair, candidates, shaft)
         };
+        let verdict = verdict_of(&met);
+        if verdict.class == Class::Invisible {
+            let on_one = self.facets_on_one(worker).into_iter();
+            if let Some(blocker) = self.single_blocker(worker, pair, on_one) {
+                return Verdict::proved(Class::Invisible, blocker);
+            }
+        }
         let elements = [pair.receiver, pair.source].iter().all(|end| matches!(end, NodeEnd::Element { .. }));
-        Verdict { inheritable: elements && met.cast() > 0 && !met.is_mixed(), ..verdict_of(&met) }
+        Verdict { inheritable: elements && met.cast() > 0 && !met.is_mixed(), ..verdict }
     }
 
     /// For the class of a pair: stops when two rays disagree.

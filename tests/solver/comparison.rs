@@ -110,6 +110,11 @@ impl Differences {
     pub(crate) fn share(&self) -> f64 {
         self.count() as f64 / self.links.max(1) as f64
     }
+
+    /// Difference of the numbers of invisible pairs over the number of links.
+    pub(crate) fn share_of_invisible(&self) -> f64 {
+        self.invisible as f64 / self.links.max(1) as f64
+    }
 }
 
 impl fmt::Display for Differences {

@@ -32,6 +32,7 @@ fn report(what: &str, differences: &Differences) {
     println!("{what}: {differences}");
     assert!(differences.links > 50, "{what}: too few links to compare");
     assert!(differences.share() <= BY_ROUNDING, "{what}: {differences}");
+    assert!(differences.share_of_invisible() <= BY_ROUNDING, "{what}: {differences}");
 }
 
 /// The strategies that differ only in how occluders are found, compared with one tracer.
