@@ -23,7 +23,7 @@ pub(super) fn run(config: &CheckConfig) -> Result<(), CliError> {
 
 fn run_in_pool(config: &CheckConfig, progress: &dyn Progress) -> Result<(), CliError> {
     let Solved { scene, hierarchy, tracer, solution, .. } =
-        Loaded::load(&config.run)?.solve(&config.run, progress)?;
+        Loaded::load(&config.run, progress)?.solve(&config.run, progress)?;
     let (quality, limits) = match config.quality {
         QualityArg::Draft => ("draft", Limits::DRAFT),
         QualityArg::Normal => ("normal", Limits::NORMAL),

@@ -110,9 +110,9 @@ struct Preset {
 impl Preset {
     const fn of(quality: QualityArg) -> Self {
         let (epsilon, contrast, resolution, rays, iterations, samples) = match quality {
-            QualityArg::Draft => (5e-3, 0.8, 64.0, 4, 50, 4),
-            QualityArg::Normal => (5e-5, 0.1, 128.0, 16, 100, 16),
-            QualityArg::High => (1e-5, 0.05, 256.0, 32, 200, 36),
+            QualityArg::Draft => (5e-3, 0.8, 64.0, 4, 1000, 4),
+            QualityArg::Normal => (5e-5, 0.1, 128.0, 16, 2000, 16),
+            QualityArg::High => (1e-5, 0.05, 256.0, 32, 4000, 36),
         };
         Self { epsilon, contrast, resolution, rays, iterations, samples }
     }

@@ -32,7 +32,7 @@ fn run_in_pool(config: &ProbeConfig, progress: &dyn Progress) -> Result<(), CliE
         Some(path) => Some(read_reference(path).map_err(probe_failure)?),
         None => None,
     };
-    let loaded = Loaded::load(&config.run)?;
+    let loaded = Loaded::load(&config.run, progress)?;
     let points = points_of(config, &loaded.scene)?;
     if let Some(reference) = &reference {
         check_lengths(config, points.len(), reference.len())?;

@@ -27,7 +27,7 @@ pub(super) fn run(config: &RenderConfig) -> Result<(), CliError> {
 }
 
 fn run_in_pool(config: &RenderConfig, progress: &dyn Progress) -> Result<(), CliError> {
-    let loaded = Loaded::load(&config.run)?;
+    let loaded = Loaded::load(&config.run, progress)?;
     let camera = choose_camera(&loaded.scene, &config.view)?;
     let Solved { scene, hierarchy, tracer, solution, mut stats, mut clock } =
         loaded.solve(&config.run, progress)?;

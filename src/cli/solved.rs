@@ -22,6 +22,9 @@ use crate::visibility::{Strategy, VisibilityCounters, VisibilityOptions};
 /// A solution is said to be unfinished when more than this share of the emitted power still changes.
 const UNSETTLED: f64 = 0.01;
 
+/// A solution is said to be out of balance when the energy balance is off by more than this.
+const UNBALANCED: f64 = 0.05;
+
 /// Runs `work` with the threads and the progress bar that the configuration asks for.
 ///
 /// # Errors
@@ -67,12 +70,15 @@ impl Loaded {
     ///
     /// # Errors
     /// What is wrong with the scene, or Embree when it is demanded and not usable.
-    pub(super) fn load(config: &RunConfig) -> Result<Loaded, CliError> {
+    pub(super) fn load(config: &RunConfig, progress: &dyn Progress) -> Result<Loaded, CliError> {
         let mut stats = Stats { threads: rayon::current_num_threads(), ..Stats::default() };
         let mut clock = Clock::start();
         let embree = find_embree(config)?;
         stats.seconds.build = clock.lap();
-        let scene = scene::load(&config.scene, &scene::LoadOptions::default()).map_err(scene_failure)?;
+        progress.start("load", 0);
+        let scene = scene::load(&config.scene, &scene::LoadOptions::default()).map_err(scene_failure);
+        progress.finish();
+        let scene = scene?;
         if !config.quiet {
             scene.warnings.iter().for_each(|warning| console::warning(warning));
         }
@@ -86,8 +92,11 @@ impl Loaded {
     /// Embree when it is demanded and not usable.
     pub(super) fn solve(self, config: &RunConfig, progress: &dyn Progress) -> Result<Solved, CliError> {
         let Loaded { scene, embree, mut stats, mut clock } = self;
+        progress.start("build", 0);
         let hierarchy = Hierarchy::build(&scene, config.solve.one_sided);
-        let tracer = build_tracer(config, embree, &hierarchy, &mut stats)?;
+        let tracer = build_tracer(config, embree, &hierarchy, &mut stats);
+        progress.finish();
+        let tracer = tracer?;
         stats.seconds.build += clock.lap();
 
         let options = solve_options(&config.solve);
@@ -96,6 +105,7 @@ impl Loaded {
         clock.lap();
         if !config.quiet {
             warn_if_unfinished(&solution, &options);
+            warn_if_unbalanced(&solution);
         }
         fill_stats(&mut stats, config, &scene, &hierarchy, &solution);
         Ok(Solved { scene, hierarchy, tracer, solution, stats, clock })
@@ -110,6 +120,18 @@ fn warn_if_unfinished(solution: &Solution, options: &SolveOptions) {
             "stopped after {} iterations while {:.1} % of the emitted power still changes; raise --iterations",
             solution.iterations,
             100.0 * changing / emitted
+        ));
+    }
+}
+
+/// Says so when much light was lost or made on the way.
+fn warn_if_unbalanced(solution: &Solution) {
+    let error = solution.energy.balance_error();
+    if error > UNBALANCED {
+        console::warning(&format!(
+            "the energy balance is off by {:.1} %; `lightshaft check` says why, and a higher --quality, a smaller \
+             --epsilon or more --rays make it smaller",
+            100.0 * error
         ));
     }
 }

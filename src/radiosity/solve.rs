@@ -28,8 +28,15 @@ const BLACK: f64 = 0.03;
 /// Refinement has settled when it adds fewer links than this share.
 const SETTLED: f64 = 1e-2;
 
-/// Iteration ends when less than this share of the emitted power still changes.
-const CONVERGED: f64 = 2e-5;
+/// If it does not settle, it ends after this many iterations.
+const REFINED_AT_MOST: u32 = 32;
+
+/// Iteration ends when this share of the emitted power is still to come, if changes go on shrinking as they
+/// do.
+const CONVERGED: f64 = 5e-5;
+
+/// Changes are taken to shrink at least by this factor.
+const SLOWEST: f64 = 0.999;
 
 /// How exact the solution has to be.
 #[derive(Clone, Copy, Debug)]
@@ -160,12 +167,14 @@ pub fn solve(
     let rooms = flight(hierarchy, &forest, &light, tracer).rooms;
     let mut thresholds = first_thresholds(emitted.max_element(), rooms, hierarchy, options);
 
-    let is_done = |since_settled: u32, error: f64| {
-        since_settled > LOOKED_FOR_STRAYS[0] && error < CONVERGED * emitted.element_sum()
-    };
-    while iterations < options.iterations.max(1) && !is_done(since_settled, error) {
+    let mut approach = Approach::new(CONVERGED * emitted.element_sum());
+
+    while iterations < options.iterations.max(1)
+        && !(since_settled > LOOKED_FOR_STRAYS[0] && approach.has_arrived())
+    {
         if weighs_again && WEIGHED_AGAIN.contains(&since_settled) {
             let start = Instant::now();
+            approach.shown = None;
             progress.start("weigh", links.links.len() as u64);
             let refiner = Refiner { hierarchy, forest: &forest, light: &light, tester: &tester, thresholds };
             counters += refiner.weigh_again(&mut links.links, &|done| progress.advance(done));
@@ -174,15 +183,16 @@ pub fn solve(
         }
         if weighs_again && LOOKED_FOR_STRAYS.contains(&since_settled) {
             let start = Instant::now();
-            progress.start("stray light", 0);
+            approach.shown = None;
             let watched = Watched { hierarchy, forest: &forest, light: &light, links: &links, tracer };
             let rays = STRAY_RAYS * options.visibility.rays;
-            strays = Strays::found(&watched, wall_area, rays, &strays, &|done| progress.advance(done));
+            strays = Strays::found(&watched, wall_area, rays, &strays, progress);
             progress.finish();
             refine_seconds += start.elapsed().as_secs_f64();
         }
         if !settled {
             let start = Instant::now();
+            approach.shown = None;
             progress.start("refine", links.links.len() as u64);
             let refiner = Refiner { hierarchy, forest: &forest, light: &light, tester: &tester, thresholds };
             let (mut refined, counted) = refiner.refine(&links.links, &|done| progress.advance(done));
@@ -192,7 +202,8 @@ pub fn solve(
             rename(&mut refined, hierarchy.nodes.len() as u32, &new_from_old);
             light = light.renumbered(&forest, &new_from_old);
             let added = after.abs_diff(before) as f64;
-            settled = iterations as usize > SCHEDULE.len() && added <= SETTLED * after as f64;
+            settled = iterations as usize > SCHEDULE.len() && added <= SETTLED * after as f64
+                || iterations >= REFINED_AT_MOST;
             if settled || iterations + 1 == options.iterations.max(1) {
                 let kept = refined.len();
                 refined.retain(|link| link.class != LinkClass::Invisible);
@@ -209,6 +220,7 @@ pub fn solve(
         let materials = Materials { hierarchy, forest: &forest };
         let next = light.iterate(hierarchy, &forest, &links, &materials, receiving);
         error = changed_power(&forest, &light, &next);
+        approach.step(error, progress);
         light = next;
         iterations += 1;
         since_settled += u32::from(settled);
@@ -221,6 +233,7 @@ pub fn solve(
         solve_seconds += start.elapsed().as_secs_f64();
     }
 
+    progress.finish();
     let energy = balance(hierarchy, &forest, &light, tracer, error, square_meters);
     let min_size = thresholds.min_size * hierarchy.frame.scene_units_per_local();
     Solution {
@@ -234,6 +247,55 @@ pub fn solve(
         min_size,
         refine_seconds,
         solve_seconds,
+    }
+}
+
+/// How near the light is to where iteration takes it.
+struct Approach {
+    /// Power still to come that is little enough.
+    little: f64,
+    /// Power that changed in the last iteration.
+    change: f64,
+    /// Power still to come.
+    to_come: f64,
+    /// The most that it has been.
+    most: f64,
+    /// Parts of the way that the bar shows; `None` while it shows something else.
+    shown: Option<u64>,
+}
+
+impl Approach {
+    /// Parts of the way, as progress shows them.
+    const STEPS: f64 = 1000.0;
+
+    fn new(little: f64) -> Approach {
+        Approach { little, change: f64::MAX, to_come: f64::MAX, most: 0.0, shown: None }
+    }
+
+    fn has_arrived(&self) -> bool {
+        self.to_come <= self.little
+    }
+
+    /// The way done, of [`Self::STEPS`]; changes shrink by the same factor every time.
+    fn done(&self) -> u64 {
+        let way = (self.most / self.little.max(f64::MIN_POSITIVE)).ln();
+        let left = (self.to_come / self.little.max(f64::MIN_POSITIVE)).ln();
+        if way > 0.0 { ((1.0 - left / way).clamp(0.0, 1.0) * Self::STEPS) as u64 } else { 0 }
+    }
+
+    /// One iteration changed this much power.
+    fn step(&mut self, change: f64, progress: &dyn Progress) {
+        let factor = (change / self.change).min(SLOWEST);
+        self.change = change;
+        self.to_come = change * factor / (1.0 - factor);
+        self.most = self.most.max(self.to_come);
+        let done = self.done();
+        let shown = *self.shown.get_or_insert_with(|| {
+            progress.start("gather", Self::STEPS as u64);
+            0
+        });
+        progress.advance(done.saturating_sub(shown));
+        self.shown = Some(done.max(shown));
     }
 }
 

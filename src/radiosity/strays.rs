@@ -8,6 +8,7 @@ use super::links::{LinkClass, LinkSet};
 use super::transport::Light;
 use crate::hierarchy::{Hierarchy, NodeKind};
 use crate::math::{PairSequence, cosine_direction, hash_pair};
+use crate::progress::Progress;
 use crate::tracer::{Departure, PACKET, Ray, Tracer, departing_hits};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -53,10 +54,11 @@ impl Strays {
         wall_area: f64,
         rays: u32,
         before: &Strays,
-        advance: &(dyn Fn(u64) + Sync),
+        progress: &dyn Progress,
     ) -> Strays {
         let group_area = GROUP * wall_area;
         let groups = scene.groups(group_area);
+        progress.start("stray light", groups.len() as u64);
         // One array of marks for each of a few long runs of groups: they are as large as the scene.
         let run = groups.len().div_ceil(4 * rayon::current_num_threads()).max(1);
         let gains: Vec<f32> = groups
@@ -67,7 +69,7 @@ impl Strays {
                 let gain = move |group: &Group| {
                     let count = rays as f64 * (group.area / group_area).min(LARGEST);
                     let count = (count as u32).max(FEWEST).next_multiple_of(PACKET as u32);
-                    advance(1);
+                    progress.advance(1);
                     scene.gain(group, count, before, &mut covered)
                 };
                 groups.iter().map(gain)

@@ -13,7 +13,7 @@ use crate::boxes::Rectangles;
 use crate::solving::{Case, STRATEGIES};
 
 const RADIANCE: f32 = 2.0;
-const REFLECTANCES: [f32; 3] = [0.2, 0.5, 0.8];
+const REFLECTANCES: [f32; 4] = [0.2, 0.5, 0.8, 0.9];
 
 /// A room of 4 × 3 × 2.5.
 fn empty(reflectance: f32) -> Scene {
@@ -36,7 +36,7 @@ fn furnace(reflectance: f32, furnished: bool) -> Scene {
 }
 
 fn fine(visibility: VisibilityOptions, epsilon: f64) -> SolveOptions {
-    SolveOptions { epsilon, contrast: 0.1, min_size: None, resolution: 64.0, iterations: 200, visibility }
+    SolveOptions { epsilon, contrast: 0.1, min_size: None, resolution: 64.0, iterations: 2000, visibility }
 }
 
 fn visibility(strategy: Strategy, certify: bool) -> VisibilityOptions {
