@@ -98,7 +98,9 @@ fn check(options: SolveOptions, scene: impl Fn(f32) -> Scene, mean: f64, most: f
         );
         let what = format!("{strategy}, certify {certify}, reflectance {reflectance}: {found:?}");
         assert!(found.mean.abs() < mean, "{what}");
-        assert!(found.of_99_percent < most, "{what}");
+        // What each bounce gets wrong in places adds up over 1 / (1 − ρ) bounces.
+        let bounces = (0.2 / (1.0 - reflectance as f64)).max(1.0);
+        assert!(found.of_99_percent < most * bounces, "{what}");
         // In a furnace the balance is off by the mean error over the reflectance: with B = e/(1 − ρ), too
         // much exitance by m absorbs too much power by m/ρ. Strategies whose mean may be further off
         // than 0.5 % are bound by that.
