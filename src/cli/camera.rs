@@ -74,6 +74,7 @@ mod tests {
             meters_per_unit: 1.0,
             patch_count: 0,
             counts: ImportCounts::default(),
+            files: Vec::new(),
             warnings: Vec::new(),
         }
     }

@@ -15,6 +15,8 @@ use crate::probe::Grid;
 #[derive(Clone, Debug)]
 pub(super) struct RunConfig {
     pub(super) scene: PathBuf,
+    /// Files that will be written.
+    pub(super) outputs: Vec<PathBuf>,
     pub(super) solve: SolveConfig,
     pub(super) tracer: TracerArg,
     pub(super) embree_lib: Option<PathBuf>,
@@ -125,6 +127,7 @@ impl RunConfig {
     /// [`CliError::Usage`] when options contradict each other. No file is touched.
     pub(super) fn check(
         scene: PathBuf,
+        outputs: Vec<PathBuf>,
         solution: SolutionArgs,
         machine: MachineArgs,
         quiet: bool,
@@ -138,6 +141,7 @@ impl RunConfig {
         let preset = Preset::of(solution.quality);
         Ok(Self {
             scene,
+            outputs,
             solve: SolveConfig {
                 epsilon: solution.epsilon.unwrap_or(preset.epsilon),
                 contrast: preset.contrast,
@@ -169,6 +173,7 @@ impl RenderConfig {
             return usage("--exposure has no use with .exr, which holds radiance as it is");
         }
         check_distinct(&[Some(&typed.scene), Some(&typed.output), typed.stats.as_ref()])?;
+        check_json("--stats", typed.stats.as_deref())?;
         let preset = Preset::of(typed.solution.quality);
         let view = ViewConfig {
             camera: typed.camera,
@@ -178,7 +183,8 @@ impl RenderConfig {
             exposure: checked_exposure(typed.exposure)?,
             kind: typed.view,
         };
-        let run = RunConfig::check(typed.scene, typed.solution, typed.machine, typed.quiet)?;
+        let outputs = [Some(&typed.output), typed.stats.as_ref()].into_iter().flatten().cloned().collect();
+        let run = RunConfig::check(typed.scene, outputs, typed.solution, typed.machine, typed.quiet)?;
         Ok(Self { run, output: typed.output, format, stats: typed.stats, view })
     }
 }
@@ -199,6 +205,9 @@ impl ProbeConfig {
             [Some(&typed.scene), typed.points.as_ref(), typed.output.as_ref(), typed.reference.as_ref()];
         check_distinct(&files)?;
         let places = match (typed.points, typed.grid) {
+            (Some(_), _) if typed.spacing.is_some() => {
+                return usage("--spacing is for --grid, and has no use with --points");
+            }
             (Some(file), _) => Places::File(file),
             (None, Some(grid)) => {
                 let grid = match grid.trim().parse::<f64>() {
@@ -211,7 +220,13 @@ impl ProbeConfig {
             (None, None) => return usage("give --points FILE or --grid NAME|HEIGHT"),
         };
         Ok(Self {
-            run: RunConfig::check(typed.scene, typed.solution, typed.machine, typed.quiet)?,
+            run: RunConfig::check(
+                typed.scene,
+                typed.output.iter().cloned().collect(),
+                typed.solution,
+                typed.machine,
+                typed.quiet,
+            )?,
             places,
             output: typed.output,
             is_json: extension.as_deref() == Some("json"),
@@ -229,8 +244,10 @@ impl CheckConfig {
     /// [`CliError::Usage`] when options contradict each other. No file is touched.
     pub(super) fn check(typed: CheckArgs) -> Result<Self, CliError> {
         check_distinct(&[Some(&typed.scene), typed.json.as_ref()])?;
+        check_json("--json", typed.json.as_deref())?;
         let quality = typed.solution.quality;
-        let run = RunConfig::check(typed.scene, typed.solution, typed.machine, typed.quiet)?;
+        let outputs = typed.json.iter().cloned().collect();
+        let run = RunConfig::check(typed.scene, outputs, typed.solution, typed.machine, typed.quiet)?;
         Ok(Self { run, quality, json: typed.json })
     }
 }
@@ -241,6 +258,28 @@ fn check_distinct(files: &[Option<&PathBuf>]) -> Result<(), CliError> {
     for (index, file) in files.iter().enumerate() {
         if files[..index].iter().any(|other| is_same_file(file, other)) {
             return usage(&format!("{} is named twice, for two different files", file.display()));
+        }
+    }
+    Ok(())
+}
+
+/// JSON goes to a file that says so, and not over a mesh by mistake.
+fn check_json(option: &str, path: Option<&Path>) -> Result<(), CliError> {
+    let is_json = |path: &Path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
+    match path {
+        Some(path) if !is_json(path) => {
+            usage(&format!("{option} {}: the name must end in .json", path.display()))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Refuses to write over a file that the scene was read from.
+pub(super) fn check_not_read(outputs: &[PathBuf], read: &[PathBuf]) -> Result<(), CliError> {
+    for output in outputs {
+        if let Some(read) = read.iter().find(|read| is_same_file(output, read)) {
+            let (output, read) = (output.display(), read.display());
+            return usage(&format!("{output} would be written over {read}, which the scene is read from"));
         }
     }
     Ok(())

@@ -40,6 +40,12 @@ fn run_in_pool(config: &RenderConfig, progress: &dyn Progress) -> Result<(), Cli
         },
     };
     let picture = image::render(&hierarchy, tracer.as_ref(), &solution, &camera, render_options, progress);
+    if !config.run.quiet && picture.pixels.iter().all(|&pixel| pixel == [0.0; 3]) {
+        console::warning(&format!(
+            "the picture is black: camera '{}' sees nothing that is lit; check its eye and target",
+            camera.name
+        ));
+    }
     write_shown(config, &picture)?;
     stats.seconds.render = clock.lap();
     stats.seconds.total = clock.total();

@@ -6,7 +6,7 @@ use std::time::Instant;
 use rayon::ThreadPoolBuilder;
 
 use super::args::{TracerArg, VisibilityArg};
-use super::config::{RunConfig, SolveConfig};
+use super::config::{RunConfig, SolveConfig, check_not_read};
 use super::console;
 use super::errors::CliError;
 use crate::hierarchy::Hierarchy;
@@ -79,6 +79,7 @@ impl Loaded {
         let scene = scene::load(&config.scene, &scene::LoadOptions::default()).map_err(scene_failure);
         progress.finish();
         let scene = scene?;
+        check_not_read(&config.outputs, &scene.files)?;
         if !config.quiet {
             scene.warnings.iter().for_each(|warning| console::warning(warning));
         }

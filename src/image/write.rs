@@ -1,5 +1,6 @@
 //! Pictures as files: PNG for the screen, EXR for further work, written whole or not at all.
 
+use std::fs::File;
 use std::io::{self, BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
 
@@ -100,6 +101,9 @@ pub fn check_destination(path: &Path) -> Result<(), OutputError> {
         Ok(found) if found.permissions().readonly() => {
             return Err(OutputError::ReadOnly { path: path.to_owned() });
         }
+        Err(source) if !matches!(source.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
+            return Err(OutputError::Io { path: path.to_owned(), source });
+        }
         _ => {}
     }
     if path.file_name().is_none() {
@@ -140,22 +144,53 @@ impl<T: Write + Seek> Sink for T {}
 ///
 /// # Errors
 /// When the folder is missing or not writable, the disk is full or `fill` fails; then the temporary
-/// file is removed and `path` is as before.
+/// file is removed and `path` is as before. A link stays one, and rights stay as they are.
 pub fn write_atomically<E: Into<FillError>>(
     path: &Path,
     fill: impl FnOnce(&mut dyn Sink) -> Result<(), E>,
 ) -> Result<(), OutputError> {
     let io = |source| OutputError::Io { path: path.to_owned(), source };
-    let mut file = create_beside(path)?;
-    let mut writer = BufWriter::new(file.as_file_mut());
-    fill(&mut writer).map_err(|error| match error.into() {
-        FillError::Io(source) => io(source),
-        FillError::Encode(message) => OutputError::Encode { path: path.to_owned(), message },
-    })?;
+    // What a link points to is replaced, not the link; and a file that is replaced keeps its rights.
+    let place = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    let mut file = create_beside(&place)?;
+    if let Ok(found) = place.metadata() {
+        file.as_file().set_permissions(found.permissions()).map_err(io)?;
+    }
+    let mut writer = BufWriter::new(Watched { file: file.as_file_mut(), error: None });
+    if let Err(error) = fill(&mut writer) {
+        return Err(match (error.into(), writer.get_mut().error.take()) {
+            (_, Some(source)) | (FillError::Io(source), _) => io(source),
+            (FillError::Encode(message), _) => OutputError::Encode { path: path.to_owned(), message },
+        });
+    }
     writer.flush().map_err(io)?;
     drop(writer);
     file.as_file().sync_all().map_err(io)?;
-    file.persist(path).map(drop).map_err(|error| io(error.error))
+    file.persist(&place).map(drop).map_err(|error| io(error.error))
+}
+
+/// A file that remembers what the system said when writing failed: encoders may not pass it on.
+struct Watched<'a> {
+    file: &'a mut File,
+    error: Option<io::Error>,
+}
+
+impl Write for Watched<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file.write(bytes).inspect_err(|error| {
+            self.error = error.raw_os_error().map(io::Error::from_raw_os_error);
+        })
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl Seek for Watched<'_> {
+    fn seek(&mut self, to: io::SeekFrom) -> io::Result<u64> {
+        self.file.seek(to)
+    }
 }
 
 /// Why filling a file failed.
@@ -253,10 +288,28 @@ mod tests {
         assert_eq!(names(folder.path()), ["out.png"]);
     }
 
+    #[cfg(unix)]
+    #[test]
+    fn a_link_and_the_rights_of_what_is_replaced_stay() {
+        use std::os::unix::fs::{MetadataExt, PermissionsExt, symlink};
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let (private, link) = (folder.path().join("private.png"), folder.path().join("link.png"));
+        std::fs::write(&private, "old").expect("written");
+        std::fs::set_permissions(&private, std::fs::Permissions::from_mode(0o600)).expect("rights");
+        symlink(&private, &link).expect("a link");
+        write_picture(&link, &gradient(), 1.0).expect("written");
+        assert!(link.is_symlink());
+        assert_eq!(image::open(&private).expect("a picture").width(), 4);
+        assert_eq!(private.metadata().expect("metadata").mode() & 0o777, 0o600);
+        assert_eq!(names(folder.path()), ["link.png", "private.png"]);
+    }
+
     #[test]
     fn checks_name_what_is_wrong_and_leave_nothing() {
         let folder = tempfile::tempdir().expect("temporary folder");
         let at = |name: &str| folder.path().join(name);
+        let long = at(&format!("{}.png", "a".repeat(300)));
+        assert!(matches!(check_output(&long), Err(OutputError::Io { .. })));
         assert!(matches!(check_output(&at("a.jpg")), Err(OutputError::UnknownFormat { .. })));
         assert!(matches!(check_output(&at("png")), Err(OutputError::UnknownFormat { .. })));
         assert!(matches!(check_output(&at("no/a.png")), Err(OutputError::NoFolder { .. })));

@@ -115,6 +115,10 @@ pub fn read_reference(path: &Path) -> Result<Vec<Reference>, ProbeError> {
             error: Irradiance { total: c, direct: d },
         });
     }
+    let is_dark = |value: &Reference| value.irradiance.total == DVec3::ZERO;
+    if values.iter().all(is_dark) {
+        return Err(malformed(0, "no point gets any light; errors are relative to the mean".to_owned()));
+    }
     Ok(values)
 }
 

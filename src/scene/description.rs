@@ -21,7 +21,9 @@ use super::triangulate::newell_normal;
 /// Largest description in bytes; a longer one is not written by hand.
 const LARGEST_FILE: u64 = 16 << 20;
 /// Most pixels along one side of a picture.
-const MOST_PIXELS: i64 = 65_535;
+const MOST_PIXELS: i64 = 16_384;
+/// Lengths that a unit may have, in metres.
+const METERS: std::ops::RangeInclusive<f64> = 1e-9..=1e9;
 
 /// A checked description; the meshes are not read yet.
 #[derive(Debug)]
@@ -193,11 +195,12 @@ impl Checker<'_> {
             None => 1.0,
             Some(value) => {
                 let meters = *value.get_ref();
-                if !(meters.is_finite() && meters > 0.0) {
-                    return self.fault(
-                        value.span(),
-                        format!("meters_per_unit is {meters}; write a number above 0, such as 0.001 for mm"),
+                if !METERS.contains(&meters) {
+                    let (least, most) = (METERS.start(), METERS.end());
+                    let message = format!(
+                        "meters_per_unit is {meters:?}; write a number from {least:e} to {most:e}, such as 0.001 for mm"
                     );
+                    return self.fault(value.span(), message);
                 }
                 meters
             }

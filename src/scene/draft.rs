@@ -45,6 +45,8 @@ pub(super) struct DraftMaterial {
 pub(super) struct Draft {
     /// The file that the user named, for messages about the whole scene.
     pub(super) file: PathBuf,
+    /// All files that were read.
+    pub(super) files: Vec<PathBuf>,
     pub(super) positions: Vec<DVec3>,
     pub(super) triangles: Vec<Triangle>,
     pub(super) materials: Vec<DraftMaterial>,
@@ -61,6 +63,7 @@ impl Draft {
     pub(super) fn new(file: &Path) -> Self {
         Self {
             file: file.to_path_buf(),
+            files: vec![file.to_path_buf()],
             positions: Vec::new(),
             triangles: Vec::new(),
             materials: Vec::new(),
@@ -75,8 +78,12 @@ impl Draft {
     /// Adds an OBJ file and its material libraries.
     pub(super) fn add_obj(&mut self, path: &Path) -> Result<(), SceneError> {
         let mesh = obj::read(path)?;
+        self.files.push(path.to_path_buf());
         let library = self.read_libraries(path, &mesh)?;
         self.remark(path, &mesh);
+        if mesh.models.iter().all(|model| model.mesh.indices.is_empty()) {
+            self.warnings.push(format!("{}: no faces in it", path.display()));
+        }
         let mut material_of_slot: Vec<Option<u32>> = vec![None; mesh.remarks.slots.len()];
         let mut triangulator = Triangulator::new();
         for model in mesh.models {
@@ -161,6 +168,7 @@ impl Draft {
                         for material in mtl::read(&found, &mut self.warnings)? {
                             library.insert(material.name.clone(), material);
                         }
+                        self.files.push(found);
                     }
                     Some(_) => {}
                     None => {

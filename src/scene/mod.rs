@@ -18,6 +18,8 @@ pub use error::{SceneError, SceneErrorKind};
 pub use generate::{GenerateError, OfficeOptions, OfficeSummary, generate_office};
 pub use load::{LoadOptions, load};
 
+use std::path::PathBuf;
+
 use glam::DVec3;
 
 /// A validated scene. Positions are in scene units, as in the file (double precision).
@@ -41,6 +43,8 @@ pub struct Scene {
     pub patch_count: u32,
     /// What the import dropped or repaired.
     pub counts: ImportCounts,
+    /// The files it was read from.
+    pub files: Vec<PathBuf>,
     /// One line each, for standard error: what was repaired.
     pub warnings: Vec<String>,
 }

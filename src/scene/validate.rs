@@ -52,6 +52,7 @@ pub(super) fn finish(
         );
         return Err(SceneError::invalid(&draft.file, None, message));
     }
+    check_extent(&mut draft, &materials)?;
     let patch_count = renumber_patches(&mut draft.triangles);
     Ok(Scene {
         name,
@@ -63,9 +64,44 @@ pub(super) fn finish(
         meters_per_unit,
         patch_count,
         counts: draft.counts,
+        files: draft.files,
         warnings: draft.warnings,
     })
 }
+
+/// Refuses emitters that single precision cannot tell from a point in a scene of this size.
+fn check_extent(draft: &mut Draft, materials: &[Material]) -> Result<(), SceneError> {
+    let corners = |t: &Triangle| t.vertices.map(|v| draft.positions[v as usize]);
+    let emitters = draft.triangles.iter().filter(|t| materials[t.material as usize].is_emitter());
+    let edges = emitters.flat_map(|t| {
+        let [a, b, c] = corners(t);
+        [(a.distance(b), a), (b.distance(c), b), (c.distance(a), c)]
+    });
+    let Some((edge, emitter)) = edges.max_by(|a, b| a.0.total_cmp(&b.0)) else { return Ok(()) };
+    let distance = |p: &DVec3| p.distance(emitter);
+    let points = draft.triangles.iter().flat_map(corners);
+    let Some(far) = points.max_by(|a, b| distance(a).total_cmp(&distance(b))) else { return Ok(()) };
+    let extent = distance(&far);
+    if edge > LEAST_EMITTER * extent {
+        return Ok(());
+    }
+    let message = format!(
+        "the point ({:e} {:e} {:e}) lies {extent:.3e} units from the largest emitter, which is {edge:.3e} units long: \
+         too far for single precision; remove it, or bring it nearer",
+        far.x, far.y, far.z
+    );
+    if edge > SMALLEST_EMITTER * extent {
+        draft.warnings.push(format!("{}: {message}", draft.file.display()));
+        return Ok(());
+    }
+    Err(SceneError::invalid(&draft.file, None, message))
+}
+
+/// An emitter shorter than this part of the scene is a few roundings long.
+const LEAST_EMITTER: f64 = 1e-5;
+
+/// And one shorter than this is none.
+const SMALLEST_EMITTER: f64 = 1e-7;
 
 /// Makes equal positions one vertex and forgets those no triangle uses; the order stays.
 fn weld(positions: &mut Vec<DVec3>, triangles: &mut [Triangle]) {

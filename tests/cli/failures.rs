@@ -198,3 +198,31 @@ fn an_office_too_large_to_write_is_code_2() {
     run.expect_error(2, &["1000000 rooms", "at most"]);
     assert_eq!(folder.names(), Vec::<String>::new());
 }
+
+#[test]
+fn a_unit_that_no_scene_has_is_refused_with_its_line() {
+    let folder = Folder::with_scene();
+    folder.write("scene.toml", SCENE.replace("meters_per_unit = 1.0", "meters_per_unit = 1e300"));
+    folder
+        .run(&["render", "scene.toml", "-o", "a.png"])
+        .expect_error(5, &["scene.toml:3", "meters_per_unit"]);
+}
+
+#[test]
+fn a_vertex_so_far_away_that_the_lamp_vanishes_is_named() {
+    let folder = Folder::with_scene();
+    folder.write("corner.obj", format!("{MESH}v 0 0 1e9\nf 1 2 11\n"));
+    folder
+        .run(&["render", "scene.toml", "-o", "a.png"])
+        .expect_error(5, &["scene.toml", "0e0 0e0 1e9", "precision"]);
+    assert_eq!(folder.names(), ["corner.obj", "scene.toml"]);
+}
+
+#[test]
+fn a_picture_of_nothing_is_a_warning() {
+    let folder = Folder::with_scene();
+    folder.write("scene.toml", SCENE.replace("target = [0, 0.8, 0]", "target = [0, 1, 9]"));
+    let run = folder.run(&["render", "scene.toml", "-o", "a.png", "--quality", "draft"]);
+    assert_eq!(run.code, 0, "{run:?}");
+    assert!(run.stderr.contains("warning: the picture is black: camera 'main'"), "{}", run.stderr);
+}

@@ -2,7 +2,7 @@
 
 use std::process::Stdio;
 
-use crate::run::Folder;
+use crate::run::{Folder, MESH};
 
 #[test]
 fn help_is_an_answer_and_not_an_error() {
@@ -94,10 +94,37 @@ fn options_against_each_other_are_one_line() {
         (&["--tracer", "fallback", "--embree-lib", "x.so"], "--embree-lib"),
         (&["--stats", "a.png"], "a.png"),
         (&["--stats", "scene.toml"], "scene.toml"),
+        (&["--stats", "corner.obj"], ".json"),
     ] {
         folder.run(&[&base[..], options].concat()).expect_error(2, &[word]);
     }
     assert_eq!(folder.names(), ["corner.obj", "scene.toml"]);
+}
+
+#[test]
+fn what_the_scene_is_read_from_is_never_written_over() {
+    let folder = Folder::with_scene();
+    const LIBRARY: &str = "newmtl white\nKd 0.8 0.8 0.8\n";
+    folder.write("library.json", LIBRARY);
+    folder.write("corner.obj", format!("mtllib library.json\n{MESH}"));
+    for arguments in [
+        &["render", "scene.toml", "-o", "a.png", "--stats", "library.json"][..],
+        &["check", "scene.toml", "--json", "./library.json"],
+        &["probe", "scene.toml", "--grid", "0.5", "-o", "library.json"],
+    ] {
+        folder.run(arguments).expect_error(2, &["library.json"]);
+        assert_eq!(std::fs::read_to_string(folder.path("library.json")).expect("the library"), LIBRARY);
+    }
+    folder.run(&["check", "scene.toml", "--json", "corner.obj"]).expect_error(2, &["corner.obj", ".json"]);
+    assert_eq!(folder.names(), ["corner.obj", "library.json", "scene.toml"]);
+}
+
+#[test]
+fn spacing_belongs_to_a_grid() {
+    let folder = Folder::with_scene();
+    folder.write("points.txt", "0 0 0 0 1 0\n");
+    let run = folder.run(&["probe", "scene.toml", "--points", "points.txt", "--spacing", "0.5"]);
+    run.expect_error(2, &["--spacing"]);
 }
 
 #[test]

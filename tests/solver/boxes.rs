@@ -30,6 +30,7 @@ impl Rectangles {
                 meters_per_unit: 1.0,
                 patch_count: 0,
                 counts: ImportCounts::default(),
+                files: Vec::new(),
                 warnings: Vec::new(),
             },
         }

@@ -33,6 +33,7 @@ fn scene(mesh: &TraceMesh, shift: DVec3) -> Scene {
         meters_per_unit: 1.0,
         patch_count: mesh.first_triangle.len() as u32 - 1,
         counts: ImportCounts::default(),
+        files: Vec::new(),
         warnings: Vec::new(),
     }
 }
