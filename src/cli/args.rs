@@ -24,6 +24,9 @@ pub(super) enum Verb {
     /// Solve a scene and print the irradiance at points of it
     #[command(after_help = exit_codes_help())]
     Probe(Box<ProbeArgs>),
+    /// Solve a scene at one setting after the other and print error against time
+    #[command(after_help = exit_codes_help())]
+    Convergence(Box<ConvergenceArgs>),
     /// Solve a scene and check that the solution is physically right
     ///
     /// The answer is a table; the exit code is 8 when something in it failed.
@@ -113,6 +116,39 @@ pub(super) struct ProbeArgs {
     #[command(flatten)]
     pub(super) machine: MachineArgs,
     /// Print nothing but errors
+    #[arg(short, long, help_heading = "Report")]
+    pub(super) quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ConvergenceArgs {
+    /// Scene description (.toml) or a bare mesh (.obj)
+    #[arg(value_name = "SCENE")]
+    pub(super) scene: PathBuf,
+    /// Points to compare at: a text file as for `probe`
+    #[arg(long, value_name = "FILE")]
+    pub(super) points: PathBuf,
+    /// Reference values at these points, a CSV as for `probe`
+    #[arg(long, value_name = "FILE")]
+    pub(super) reference: PathBuf,
+    /// How many settings, 2 to 20: from half a step coarser than draft to --quality, in even steps
+    #[arg(long, value_name = "N", default_value_t = 6, value_parser = whole(2, 20), allow_negative_numbers = true)]
+    pub(super) settings: u32,
+    /// Record to write as JSON
+    #[arg(short, long, value_name = "FILE")]
+    pub(super) output: Option<PathBuf>,
+    /// Plot to write as SVG
+    #[arg(long, value_name = "FILE")]
+    pub(super) plot: Option<PathBuf>,
+    /// Rays for a point, 16 to 1048576: so many to the emitters, and so many to everything else
+    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = whole(16, 1 << 20), allow_negative_numbers = true)]
+    pub(super) samples: u32,
+
+    #[command(flatten)]
+    pub(super) solution: SolutionArgs,
+    #[command(flatten)]
+    pub(super) machine: MachineArgs,
+    /// Print nothing but the table and errors
     #[arg(short, long, help_heading = "Report")]
     pub(super) quiet: bool,
 }

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::args::{
-    CheckArgs, MachineArgs, ProbeArgs, QualityArg, RenderArgs, SolutionArgs, TracerArg, ViewArg,
-    VisibilityArg,
+    CheckArgs, ConvergenceArgs, MachineArgs, ProbeArgs, QualityArg, RenderArgs, SolutionArgs, TracerArg,
+    ViewArg, VisibilityArg,
 };
 use super::errors::CliError;
 use crate::image::tone::Exposure;
@@ -55,6 +55,20 @@ pub(super) enum Places {
     File(PathBuf),
     /// A grid with this spacing.
     Grid(Grid, Option<f64>),
+}
+
+/// Everything a convergence run needs to know.
+#[derive(Clone, Debug)]
+pub(super) struct ConvergenceConfig {
+    /// With the last of the settings.
+    pub(super) run: RunConfig,
+    /// From coarse to fine.
+    pub(super) settings: Vec<SolveConfig>,
+    pub(super) points: PathBuf,
+    pub(super) reference: PathBuf,
+    pub(super) samples: u32,
+    pub(super) output: Option<PathBuf>,
+    pub(super) plot: Option<PathBuf>,
 }
 
 /// Everything a check needs to know.
@@ -118,6 +132,41 @@ impl Preset {
         };
         Self { epsilon, contrast, resolution, rays, iterations, samples }
     }
+
+    /// The preset at a place on a scale on which draft is 0, normal 1 and high 2: in between, and beyond, values
+    /// follow in even ratios.
+    fn at(place: f64) -> Self {
+        let levels = [QualityArg::Draft, QualityArg::Normal, QualityArg::High].map(Preset::of);
+        let below = if place < 1.0 { 0 } else { 1 };
+        let [a, b] = [&levels[below], &levels[below + 1]];
+        let part = place - below as f64;
+        let mixed = |a: f64, b: f64| a * (b / a).powf(part);
+        Self {
+            epsilon: mixed(a.epsilon, b.epsilon),
+            contrast: mixed(a.contrast, b.contrast),
+            resolution: mixed(a.resolution, b.resolution),
+            rays: mixed(a.rays.into(), b.rays.into()).round() as u32,
+            iterations: b.iterations,
+            samples: b.samples,
+        }
+    }
+}
+
+impl SolveConfig {
+    /// What is typed, and the preset where nothing is.
+    fn of(typed: &SolutionArgs, preset: &Preset) -> Self {
+        Self {
+            epsilon: typed.epsilon.unwrap_or(preset.epsilon),
+            contrast: preset.contrast,
+            min_size: typed.min_size,
+            resolution: preset.resolution,
+            rays: typed.rays.unwrap_or(preset.rays),
+            iterations: typed.iterations.unwrap_or(preset.iterations),
+            strategy: typed.visibility,
+            certify: typed.certify,
+            one_sided: typed.one_sided,
+        }
+    }
 }
 
 impl RunConfig {
@@ -142,17 +191,7 @@ impl RunConfig {
         Ok(Self {
             scene,
             outputs,
-            solve: SolveConfig {
-                epsilon: solution.epsilon.unwrap_or(preset.epsilon),
-                contrast: preset.contrast,
-                min_size: solution.min_size,
-                resolution: preset.resolution,
-                rays: solution.rays.unwrap_or(preset.rays),
-                iterations: solution.iterations.unwrap_or(preset.iterations),
-                strategy: solution.visibility,
-                certify: solution.certify,
-                one_sided: solution.one_sided,
-            },
+            solve: SolveConfig::of(&solution, &preset),
             tracer: machine.tracer,
             embree_lib: machine.embree_lib,
             threads: machine.threads,
@@ -173,7 +212,7 @@ impl RenderConfig {
             return usage("--exposure has no use with .exr, which holds radiance as it is");
         }
         check_distinct(&[Some(&typed.scene), Some(&typed.output), typed.stats.as_ref()])?;
-        check_json("--stats", typed.stats.as_deref())?;
+        check_extension("--stats", typed.stats.as_deref(), "json")?;
         let preset = Preset::of(typed.solution.quality);
         let view = ViewConfig {
             camera: typed.camera,
@@ -237,6 +276,43 @@ impl ProbeConfig {
     }
 }
 
+impl ConvergenceConfig {
+    /// Makes the settings and checks what depends on several options.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`] when options contradict each other. No file is touched.
+    pub(super) fn check(typed: ConvergenceArgs) -> Result<Self, CliError> {
+        check_extension("--output", typed.output.as_deref(), "json")?;
+        check_extension("--plot", typed.plot.as_deref(), "svg")?;
+        let outputs = [typed.output.as_ref(), typed.plot.as_ref()];
+        let inputs = [Some(&typed.scene), Some(&typed.points), Some(&typed.reference)];
+        check_distinct(&[&inputs[..], &outputs[..]].concat())?;
+        let last = match typed.solution.quality {
+            QualityArg::Draft => 0.0,
+            QualityArg::Normal => 1.0,
+            QualityArg::High => 2.0,
+        };
+        let step = (last - COARSEST) / f64::from(typed.settings - 1);
+        let settings = (0..typed.settings)
+            .map(|i| SolveConfig::of(&typed.solution, &Preset::at(COARSEST + f64::from(i) * step)))
+            .collect();
+        let outputs = outputs.into_iter().flatten().cloned().collect();
+        let run = RunConfig::check(typed.scene, outputs, typed.solution, typed.machine, typed.quiet)?;
+        Ok(Self {
+            run,
+            settings,
+            points: typed.points,
+            reference: typed.reference,
+            samples: typed.samples,
+            output: typed.output,
+            plot: typed.plot,
+        })
+    }
+}
+
+/// The coarsest setting of a convergence run, on the scale of [`Preset::at`].
+const COARSEST: f64 = -0.5;
+
 impl CheckConfig {
     /// Fills in the defaults and checks what depends on several options.
     ///
@@ -244,7 +320,7 @@ impl CheckConfig {
     /// [`CliError::Usage`] when options contradict each other. No file is touched.
     pub(super) fn check(typed: CheckArgs) -> Result<Self, CliError> {
         check_distinct(&[Some(&typed.scene), typed.json.as_ref()])?;
-        check_json("--json", typed.json.as_deref())?;
+        check_extension("--json", typed.json.as_deref(), "json")?;
         let quality = typed.solution.quality;
         let outputs = typed.json.iter().cloned().collect();
         let run = RunConfig::check(typed.scene, outputs, typed.solution, typed.machine, typed.quiet)?;
@@ -263,12 +339,12 @@ fn check_distinct(files: &[Option<&PathBuf>]) -> Result<(), CliError> {
     Ok(())
 }
 
-/// JSON goes to a file that says so, and not over a mesh by mistake.
-fn check_json(option: &str, path: Option<&Path>) -> Result<(), CliError> {
-    let is_json = |path: &Path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
+/// What is written says what it is, and does not go over a mesh by mistake.
+fn check_extension(option: &str, path: Option<&Path>, wanted: &str) -> Result<(), CliError> {
+    let is_right = |path: &Path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(wanted));
     match path {
-        Some(path) if !is_json(path) => {
-            usage(&format!("{option} {}: the name must end in .json", path.display()))
+        Some(path) if !is_right(path) => {
+            usage(&format!("{option} {}: the name must end in .{wanted}", path.display()))
         }
         _ => Ok(()),
     }

@@ -6,6 +6,7 @@ mod camera;
 mod check;
 mod config;
 mod console;
+mod convergence;
 mod doctor;
 mod errors;
 mod generate;
@@ -43,6 +44,9 @@ fn run(typed: impl Iterator<Item = OsString>) -> ExitKind {
     let result = match arguments.verb {
         Verb::Render(typed) => config::RenderConfig::check(*typed).and_then(|config| render::run(&config)),
         Verb::Probe(typed) => config::ProbeConfig::check(*typed).and_then(|config| probe::run(&config)),
+        Verb::Convergence(typed) => {
+            config::ConvergenceConfig::check(*typed).and_then(|config| convergence::run(&config))
+        }
         Verb::Check(typed) => config::CheckConfig::check(*typed).and_then(|config| check::run(&config)),
         Verb::Doctor(typed) => doctor::run(&typed),
         Verb::Generate(typed) => generate::run(&typed.what),

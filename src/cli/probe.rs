@@ -1,5 +1,7 @@
 //! `probe`: irradiance at points of a scene, as a table.
 
+use std::path::Path;
+
 use rayon::prelude::*;
 
 use super::config::{Places, ProbeConfig};
@@ -34,26 +36,15 @@ fn run_in_pool(config: &ProbeConfig, progress: &dyn Progress) -> Result<(), CliE
     };
     let loaded = Loaded::load(&config.run, progress)?;
     let points = points_of(config, &loaded.scene)?;
-    if let Some(reference) = &reference {
-        check_lengths(config, points.len(), reference.len())?;
+    if let (Some(file), Some(reference)) = (&config.reference, &reference) {
+        check_lengths(file, points.len(), reference.len())?;
     }
     let Solved { scene, hierarchy, tracer, solution, mut stats, mut clock } =
         loaded.solve(&config.run, progress)?;
     stats.seconds.total = clock.total();
 
     let gatherer = Gatherer::new(&hierarchy, tracer.as_ref(), &solution, config.samples);
-    progress.start("probe", points.len() as u64);
-    let found: Vec<Irradiance> = points
-        .par_iter()
-        .enumerate()
-        .map(|(index, point)| {
-            let irradiance = gatherer.irradiance(point.position, point.normal, index as u64);
-            progress.advance(1);
-            irradiance
-        })
-        .collect();
-    progress.finish();
-
+    let found = probe_all(&gatherer, &points, progress);
     let comparison = reference.map(|reference| compared(&found, &reference));
     if let (Some(comparison), false) = (&comparison, config.run.quiet) {
         console::note(&described(comparison));
@@ -74,6 +65,26 @@ fn run_in_pool(config: &ProbeConfig, progress: &dyn Progress) -> Result<(), CliE
     write(config, &run)
 }
 
+/// Gathers at all points, in order.
+pub(super) fn probe_all(
+    gatherer: &Gatherer<'_>,
+    points: &[ProbePoint],
+    progress: &dyn Progress,
+) -> Vec<Irradiance> {
+    progress.start("probe", points.len() as u64);
+    let found = points
+        .par_iter()
+        .enumerate()
+        .map(|(index, point)| {
+            let irradiance = gatherer.irradiance(point.position, point.normal, index as u64);
+            progress.advance(1);
+            irradiance
+        })
+        .collect();
+    progress.finish();
+    found
+}
+
 /// The points that are asked for.
 fn points_of(config: &ProbeConfig, scene: &Scene) -> Result<Vec<ProbePoint>, CliError> {
     match &config.places {
@@ -84,17 +95,18 @@ fn points_of(config: &ProbeConfig, scene: &Scene) -> Result<Vec<ProbePoint>, Cli
     }
 }
 
-fn check_lengths(config: &ProbeConfig, points: usize, reference: usize) -> Result<(), CliError> {
-    match &config.reference {
-        Some(path) if points != reference => Err(CliError::Malformed(format!(
-            "{}: {reference} rows for {points} points; give the reference of these points",
-            path.display()
-        ))),
-        _ => Ok(()),
+/// One reference value a point, or an error that names its file.
+pub(super) fn check_lengths(file: &Path, points: usize, reference: usize) -> Result<(), CliError> {
+    if points == reference {
+        return Ok(());
     }
+    Err(CliError::Malformed(format!(
+        "{}: {reference} rows for {points} points; give the reference of these points",
+        file.display()
+    )))
 }
 
-fn compared(found: &[Irradiance], reference: &[Reference]) -> Comparison {
+pub(super) fn compared(found: &[Irradiance], reference: &[Reference]) -> Comparison {
     Comparison {
         total: Deviation::of(found, reference, |light| light.total),
         direct: Deviation::of(found, reference, |light| light.direct),
@@ -132,7 +144,7 @@ fn write(config: &ProbeConfig, run: &ProbeRun) -> Result<(), CliError> {
 }
 
 /// What an unusable file of points or reference values means for the caller.
-fn probe_failure(error: ProbeError) -> CliError {
+pub(super) fn probe_failure(error: ProbeError) -> CliError {
     let message = error.to_string();
     match error {
         ProbeError::Unreadable { .. } => CliError::Unreadable(message),

@@ -1,7 +1,10 @@
-//! What a run did, in numbers: the statistics record and the findings of a check, as tables and as JSON.
+//! What a run did, in numbers: statistics, the findings of a check, and
+//! errors against time, as tables, as JSON and as plots.
 
 pub mod check;
+pub mod convergence;
 pub mod json;
 pub mod memory;
+pub mod plot;
 pub mod stats;
 pub mod table;
