@@ -32,13 +32,12 @@ pub struct Light {
     pub lit: Vec<f32>,
 }
 
-/// The share of its hemisphere that each element's links cover.
+/// What each leaf element receives when every surface has exitance 1: the share of its hemisphere that its
+/// links and those of all nodes above it cover.
 ///
-/// Between surfaces that nearly touch, form factors at a few points can add up to more than 1, and
-/// between bright ones light would grow without end; so a leaf never sends back more than
-/// [`MOST_RETURNED`] of what a full hemisphere of unit exitance sends to it. Only links between
-/// elements count: those of clusters are coarse where little light flows, and say nothing about the
-/// hemisphere.
+/// Form factors at a few points, and those of clusters, can add up to more than 1, and between bright
+/// surfaces light would then grow without end, be it in one dark corner. So a leaf never sends back more
+/// than [`MOST_RETURNED`] of what reaches it in such light.
 #[derive(Clone, Debug)]
 pub(super) struct Cap(Vec<f32>);
 
@@ -46,25 +45,27 @@ pub(super) struct Cap(Vec<f32>);
 const MOST_RETURNED: f32 = 0.99;
 
 impl Cap {
-    /// Adds up the links of each element and of those it is part of.
+    /// None at all, for `elements` elements.
+    fn none(elements: usize) -> Cap {
+        Cap(vec![0.0; elements])
+    }
+
+    /// Sends even light over the links.
     pub(super) fn new(hierarchy: &Hierarchy, forest: &Forest, links: &LinkSet) -> Cap {
-        let clusters = hierarchy.nodes.len() as u32;
-        let mut covered: Vec<f32> = (0..forest.len() as u32)
-            .into_par_iter()
-            .with_min_len(256)
-            .map(|element| {
-                let links = links.of(clusters + element).iter();
-                links.filter(|link| link.source >= clusters).map(|link| link.factor * link.visibility).sum()
-            })
-            .collect();
-        for element in 0..covered.len() {
-            let second = forest.second[element] as usize;
-            if second != 0 {
-                covered[element + 1] += covered[element];
-                covered[second] += covered[element];
-            }
-        }
-        Cap(covered)
+        let (cap, strays) = (Cap::none(forest.len()), Strays::none(forest.len()));
+        let receiving = Receiving { cap: &cap, strays: &strays };
+        let even = Light::emitted(hierarchy, forest, &Even);
+        let next = even.iterate(hierarchy, forest, links, &Even, receiving);
+        Cap(next.irradiance.iter().map(|irradiance| irradiance.x).collect())
+    }
+}
+
+/// Every side shines alike, and reflects nothing.
+struct Even;
+
+impl Surface for Even {
+    fn of(&self, _side: usize) -> (Vec3, Vec3) {
+        (Vec3::ONE, Vec3::ZERO)
     }
 }
 
@@ -107,7 +108,7 @@ impl Light {
             variation: vec![0.0; forest.len()],
             ..Light::default()
         };
-        let (cap, strays) = (Cap(vec![0.0; forest.len()]), Strays::none(forest.len()));
+        let (cap, strays) = (Cap::none(forest.len()), Strays::none(forest.len()));
         let receiving = Receiving { cap: &cap, strays: &strays };
         light.push_pull(hierarchy, forest, surface, receiving, &elements, dark);
         light
