@@ -119,9 +119,8 @@ fn covered_by_rays(subject: &Subject<'_>, element: u32, even: &Light, index: u32
     let sequence = PairSequence::new(hash_pair(index as u64, 3));
     let met: usize = (0..RAYS / PACKET as u32)
         .map(|packet| {
-            let departures = std::array::from_fn(|i| {
-                departure(&piece, sequence.point(packet * PACKET as u32 + i as u32))
-            });
+            let departures =
+                std::array::from_fn(|i| departure(&piece, sequence.point(packet * PACKET as u32 + i as u32)));
             let is_lit =
                 |on: &Landing| matches!(on, Landing::On(leaf) if even.exitance[*leaf as usize].x > 0.0);
             landings(subject, &departures).iter().filter(|landing| is_lit(landing)).count()

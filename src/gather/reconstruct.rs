@@ -62,7 +62,7 @@ impl<'a> Reconstruction<'a> {
     pub fn look_up(&self, side: Side, point: DVec3) -> Option<Spot> {
         let forest = &self.solution.forest;
         let index = forest.side_index(side)?;
-        let piece = forest.leaf_at(self.hierarchy, side, point)?;
+        let piece = forest.leaf_on(self.hierarchy, index, point);
         let normal = piece.plane.normal;
         let mesh = self.sides[index].get_or_init(|| self.mesh_of(index));
         let local = (piece.id() - forest.first_element[index]) as usize;

@@ -291,15 +291,12 @@ impl Watched<'_> {
     /// Marks what covers sources for a point of a cell, from the cell down to the leaf element.
     fn mark_elements(&self, cell: u32, point: DVec3, covered: &mut Covered) {
         let mut piece = self.forest.piece(self.hierarchy, cell);
-        let normal = piece.plane.normal;
         loop {
             covered.mark(self.links, self.node_of(piece.id()));
             if self.forest.second[piece.id() as usize] == 0 {
                 return;
             }
-            let is_first = piece.division(self.forest).is_in_first(point, normal);
-            let [a, b] = piece.halves(self.forest);
-            piece = if is_first { a } else { b };
+            piece = piece.half_at(self.forest, point);
         }
     }
 }
