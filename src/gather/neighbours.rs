@@ -1,0 +1,203 @@
+//! Which leaf elements meet each leaf element of a side. The elements of the side are visited from the
+//! whole to its parts, and what stays near is handed down, so that every neighbour is looked for once for
+//! a part of the side rather than once for every element.
+
+use super::reconstruct::SAME_POINT;
+use crate::hierarchy::{Hierarchy, NodeKind};
+use crate::math::{Aabb, MAX_VERTICES, Polygon};
+use crate::radiosity::{Piece, Solution};
+use glam::{DVec3, Vec3};
+use std::ops::Range;
+
+/// Elements whose normals differ by less than about 35° are shaded as one smooth surface.
+const SMOOTH_COSINE: f64 = 0.82;
+
+/// What lies further than this from an element has no corner in common with it: a corner may be off the
+/// element, and the neighbour off its own plane.
+const APART: f64 = 3.0 * SAME_POINT;
+
+/// A leaf element that meets another.
+pub(super) struct Neighbour {
+    pub(super) facet: u32,
+    pub(super) polygon: Polygon,
+    pub(super) center: DVec3,
+    pub(super) irradiance: Vec3,
+    normal: DVec3,
+    /// Unit vectors out of its edges.
+    outward: [DVec3; MAX_VERTICES],
+}
+
+/// What may hold neighbours of a piece.
+#[derive(Clone)]
+enum Candidate<'a> {
+    Node(u32),
+    Piece(Piece<'a>),
+}
+
+/// A side whose neighbours are looked for.
+pub(super) struct Neighbourhood<'a> {
+    pub(super) hierarchy: &'a Hierarchy,
+    pub(super) solution: &'a Solution,
+    /// Handed down from the piece that is visited and those above it.
+    candidates: Vec<Candidate<'a>>,
+    /// Elements that were compared with another.
+    pub(super) compared: u64,
+}
+
+impl Neighbour {
+    fn new(piece: &Piece<'_>, solution: &Solution) -> Neighbour {
+        let normal = piece.plane.normal;
+        let mut outward = [DVec3::ZERO; MAX_VERTICES];
+        for (edge, (a, b)) in outward.iter_mut().zip(piece.polygon.edges()) {
+            *edge = (b - a).cross(normal).normalize_or_zero();
+        }
+        Neighbour {
+            facet: piece.side.facet,
+            polygon: piece.polygon,
+            center: piece.polygon.center(),
+            irradiance: solution.light.irradiance[piece.id() as usize],
+            normal,
+            outward,
+        }
+    }
+
+    /// Whether a corner lies on the element.
+    pub(super) fn meets(&self, corner: DVec3) -> bool {
+        let mut edges = self.polygon.vertices().iter().zip(&self.outward);
+        (corner - self.center).dot(self.normal).abs() <= SAME_POINT
+            && edges.all(|(&a, &outward)| (corner - a).dot(outward) <= SAME_POINT)
+    }
+
+    /// Whether one of its edges parts it from a polygon.
+    fn is_apart(&self, polygon: &Polygon) -> bool {
+        let mut edges = self.polygon.vertices().iter().zip(&self.outward);
+        edges.any(|(&a, &outward)| polygon.vertices().iter().all(|&v| (v - a).dot(outward) > APART))
+    }
+}
+
+impl<'a> Neighbourhood<'a> {
+    pub(super) fn new(hierarchy: &'a Hierarchy, solution: &'a Solution) -> Neighbourhood<'a> {
+        Neighbourhood { hierarchy, solution, candidates: Vec::new(), compared: 0 }
+    }
+
+    /// Visits all elements of a side in order; leaves come with all leaf elements that touch their box and
+    /// continue their surface, themselves included.
+    pub(super) fn visit(&mut self, side: usize, mut element: impl FnMut(&Piece<'a>, Option<&[Neighbour]>)) {
+        let forest = &self.solution.forest;
+        self.candidates.clear();
+        self.candidates.push(Candidate::Node(0));
+        let mut near = Vec::new();
+        let mut stack = vec![(forest.root(self.hierarchy, side), 0..1)];
+        while let Some((piece, given)) = stack.pop() {
+            self.candidates.truncate(given.end);
+            if forest.second[piece.id() as usize] != 0 {
+                element(&piece, None);
+                self.hand_down(&piece, given.clone());
+                let own = given.end..self.candidates.len();
+                let [a, b] = piece.halves(forest);
+                stack.push((b, own.clone()));
+                stack.push((a, own));
+            } else {
+                near.clear();
+                self.meeting(&piece, given, &mut near);
+                element(&piece, Some(&near));
+            }
+        }
+    }
+
+    /// Adds what of the given candidates is near an element, in parts no larger than it.
+    fn hand_down(&mut self, piece: &Piece<'a>, given: Range<usize>) {
+        let bounds = piece.polygon.bounds();
+        let radius = bounds.radius();
+        let mut stack = Vec::new();
+        for index in given {
+            stack.push(self.candidates[index].clone());
+            while let Some(candidate) = stack.pop() {
+                let box_of = candidate.bounds(self.hierarchy);
+                if !self.is_near(&candidate, &box_of, piece, &bounds) {
+                    continue;
+                }
+                if box_of.radius() <= radius || !self.divide(&candidate, piece, &mut stack) {
+                    self.candidates.push(candidate);
+                }
+            }
+        }
+    }
+
+    /// All leaf elements among the given candidates that meet a leaf element.
+    fn meeting(&mut self, piece: &Piece<'a>, given: Range<usize>, near: &mut Vec<Neighbour>) {
+        let bounds = piece.polygon.bounds();
+        let mut stack = Vec::new();
+        for index in given {
+            stack.push(self.candidates[index].clone());
+            while let Some(candidate) = stack.pop() {
+                let box_of = candidate.bounds(self.hierarchy);
+                if !self.is_near(&candidate, &box_of, piece, &bounds)
+                    || self.divide(&candidate, piece, &mut stack)
+                {
+                    continue;
+                }
+                if let Candidate::Piece(other) = &candidate {
+                    let neighbour = Neighbour::new(other, self.solution);
+                    if !neighbour.is_apart(&piece.polygon) {
+                        near.push(neighbour);
+                    }
+                }
+            }
+        }
+    }
+
+    fn is_near(
+        &mut self,
+        candidate: &Candidate<'_>,
+        box_of: &Aabb,
+        piece: &Piece<'_>,
+        bounds: &Aabb,
+    ) -> bool {
+        self.compared += 1;
+        if !box_of.overlaps(*bounds, SAME_POINT as f32) {
+            return false;
+        }
+        let Candidate::Piece(other) = candidate else { return true };
+        let (low, high) = piece
+            .polygon
+            .vertices()
+            .iter()
+            .map(|&v| other.plane.distance(v))
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), d| (low.min(d), high.max(d)));
+        low <= APART && high >= -APART
+    }
+
+    /// Puts the parts of a candidate that may continue a surface on the stack, the first on top; false
+    /// for a leaf element.
+    fn divide(&self, candidate: &Candidate<'a>, piece: &Piece<'_>, stack: &mut Vec<Candidate<'a>>) -> bool {
+        let forest = &self.solution.forest;
+        match candidate {
+            &Candidate::Node(index) => match self.hierarchy.nodes[index as usize].kind(index) {
+                NodeKind::Cluster(children) => stack.extend(children.into_iter().rev().map(Candidate::Node)),
+                NodeKind::Leaf(facet) => stack.extend(
+                    forest
+                        .sides_of(facet)
+                        .rev()
+                        .map(|side| forest.root(self.hierarchy, side))
+                        .filter(|root| root.plane.normal.dot(piece.plane.normal) > SMOOTH_COSINE)
+                        .map(Candidate::Piece),
+                ),
+            },
+            Candidate::Piece(other) if forest.second[other.id() as usize] != 0 => {
+                stack.extend(other.halves(forest).into_iter().rev().map(Candidate::Piece));
+            }
+            Candidate::Piece(_) => return false,
+        }
+        true
+    }
+}
+
+impl Candidate<'_> {
+    fn bounds(&self, hierarchy: &Hierarchy) -> Aabb {
+        match self {
+            &Candidate::Node(index) => hierarchy.nodes[index as usize].bounds,
+            Candidate::Piece(piece) => piece.polygon.bounds(),
+        }
+    }
+}
