@@ -111,13 +111,15 @@ impl<'a> Neighbourhood<'a> {
         let radius = bounds.radius();
         let mut stack = Vec::new();
         for index in given {
+            self.compared += 1;
+            if !self.candidates[index].is_near(piece, &bounds, self.hierarchy) {
+                continue;
+            }
             stack.push(self.candidates[index].clone());
             while let Some(candidate) = stack.pop() {
-                let box_of = candidate.bounds(self.hierarchy);
-                if !self.is_near(&candidate, &box_of, piece, &bounds) {
-                    continue;
-                }
-                if box_of.radius() <= radius || !self.divide(&candidate, piece, &mut stack) {
+                if candidate.bounds(self.hierarchy).radius() <= radius
+                    || !self.divide(&candidate, piece, &bounds, &mut stack)
+                {
                     self.candidates.push(candidate);
                 }
             }
@@ -129,12 +131,13 @@ impl<'a> Neighbourhood<'a> {
         let bounds = piece.polygon.bounds();
         let mut stack = Vec::new();
         for index in given {
+            self.compared += 1;
+            if !self.candidates[index].is_near(piece, &bounds, self.hierarchy) {
+                continue;
+            }
             stack.push(self.candidates[index].clone());
             while let Some(candidate) = stack.pop() {
-                let box_of = candidate.bounds(self.hierarchy);
-                if !self.is_near(&candidate, &box_of, piece, &bounds)
-                    || self.divide(&candidate, piece, &mut stack)
-                {
+                if self.divide(&candidate, piece, &bounds, &mut stack) {
                     continue;
                 }
                 if let Candidate::Piece(other) = &candidate {
@@ -147,45 +150,37 @@ impl<'a> Neighbourhood<'a> {
         }
     }
 
-    fn is_near(
+    /// Puts the parts of a candidate that are near an element and may continue its surface on the stack,
+    /// the first on top; false for a leaf element.
+    fn divide(
         &mut self,
-        candidate: &Candidate<'_>,
-        box_of: &Aabb,
+        candidate: &Candidate<'a>,
         piece: &Piece<'_>,
         bounds: &Aabb,
+        stack: &mut Vec<Candidate<'a>>,
     ) -> bool {
-        self.compared += 1;
-        if !box_of.overlaps(*bounds, SAME_POINT as f32) {
-            return false;
-        }
-        let Candidate::Piece(other) = candidate else { return true };
-        let (low, high) = piece
-            .polygon
-            .vertices()
-            .iter()
-            .map(|&v| other.plane.distance(v))
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), d| (low.min(d), high.max(d)));
-        low <= APART && high >= -APART
-    }
-
-    /// Puts the parts of a candidate that may continue a surface on the stack, the first on top; false
-    /// for a leaf element.
-    fn divide(&self, candidate: &Candidate<'a>, piece: &Piece<'_>, stack: &mut Vec<Candidate<'a>>) -> bool {
-        let forest = &self.solution.forest;
+        let (hierarchy, forest) = (self.hierarchy, &self.solution.forest);
+        let mut push = |part: Candidate<'a>| {
+            self.compared += 1;
+            if part.is_near(piece, bounds, hierarchy) {
+                stack.push(part);
+            }
+        };
         match candidate {
-            &Candidate::Node(index) => match self.hierarchy.nodes[index as usize].kind(index) {
-                NodeKind::Cluster(children) => stack.extend(children.into_iter().rev().map(Candidate::Node)),
-                NodeKind::Leaf(facet) => stack.extend(
-                    forest
-                        .sides_of(facet)
-                        .rev()
-                        .map(|side| forest.root(self.hierarchy, side))
+            &Candidate::Node(index) => match hierarchy.nodes[index as usize].kind(index) {
+                NodeKind::Cluster([a, b]) => [b, a].map(Candidate::Node).into_iter().for_each(push),
+                NodeKind::Leaf(facet) => {
+                    let roots = forest.sides_of(facet).rev().map(|side| forest.root(hierarchy, side));
+                    roots
                         .filter(|root| root.plane.normal.dot(piece.plane.normal) > SMOOTH_COSINE)
-                        .map(Candidate::Piece),
-                ),
+                        .map(Candidate::Piece)
+                        .for_each(push);
+                }
             },
             Candidate::Piece(other) if forest.second[other.id() as usize] != 0 => {
-                stack.extend(other.halves(forest).into_iter().rev().map(Candidate::Piece));
+                let [a, b] = other.halves(forest);
+                push(Candidate::Piece(b));
+                push(Candidate::Piece(a));
             }
             Candidate::Piece(_) => return false,
         }
@@ -194,6 +189,18 @@ impl<'a> Neighbourhood<'a> {
 }
 
 impl Candidate<'_> {
+    /// Whether it may touch an element in this box.
+    fn is_near(&self, piece: &Piece<'_>, bounds: &Aabb, hierarchy: &Hierarchy) -> bool {
+        if !self.bounds(hierarchy).overlaps(*bounds, SAME_POINT as f32) {
+            return false;
+        }
+        let Candidate::Piece(other) = self else { return true };
+        let distances = piece.polygon.vertices().iter().map(|&v| other.plane.distance(v));
+        let (low, high) =
+            distances.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), d| (low.min(d), high.max(d)));
+        low <= APART && high >= -APART
+    }
+
     fn bounds(&self, hierarchy: &Hierarchy) -> Aabb {
         match self {
             &Candidate::Node(index) => hierarchy.nodes[index as usize].bounds,
