@@ -208,3 +208,80 @@ impl Candidate<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Silent;
+    use crate::radiosity::{self, SolveOptions};
+    use crate::scene::{ImportCounts, Material, Scene, Triangle};
+    use crate::tracer::FallbackTracer;
+    use crate::visibility::{Strategy, VisibilityOptions};
+
+    /// The pages of a book that stands open, and a lamp above.
+    fn book(pages: u32) -> Scene {
+        let mut positions = vec![DVec3::ZERO, DVec3::Z];
+        positions.extend((0..pages).map(|i| {
+            let (sin, cos) = (f64::from(i) / f64::from(pages) * std::f64::consts::TAU).sin_cos();
+            DVec3::new(cos, sin, 0.5)
+        }));
+        let mut triangles: Vec<Triangle> =
+            (0..pages).map(|i| Triangle { vertices: [0, 1, i + 2], material: 0, patch: i }).collect();
+        let lamp = positions.len() as u32;
+        positions.extend([(-0.3, -0.3), (0.0, 0.3), (0.3, -0.3)].map(|(x, y)| DVec3::new(x, y, 1.5)));
+        triangles.push(Triangle { vertices: [lamp, lamp + 1, lamp + 2], material: 1, patch: pages });
+        let grey = |reflectance: f32, radiance: f32| Material {
+            name: String::new(),
+            reflectance: [reflectance; 3],
+            radiance: [radiance; 3],
+        };
+        Scene {
+            name: "book".to_owned(),
+            positions,
+            triangles,
+            materials: vec![grey(0.5, 0.0), grey(0.0, 5.0)],
+            rectangles: Vec::new(),
+            cameras: Vec::new(),
+            meters_per_unit: 1.0,
+            patch_count: pages + 1,
+            counts: ImportCounts::default(),
+            warnings: Vec::new(),
+        }
+    }
+
+    /// Elements compared, neighbours found, and leaf elements, over all sides of a book.
+    fn work(pages: u32) -> [f64; 3] {
+        let hierarchy = Hierarchy::build(&book(pages), false);
+        let options = SolveOptions {
+            epsilon: 1e-3,
+            contrast: 0.4,
+            min_size: Some(0.2),
+            resolution: 48.0,
+            iterations: 3,
+            visibility: VisibilityOptions { strategy: Strategy::Adaptive, rays: 4, certify: false },
+        };
+        let tracer = FallbackTracer::new(&hierarchy.mesh);
+        let solution = radiosity::solve(&hierarchy, &tracer, &options, 1.0, &Silent);
+        let (mut found, mut leaves) = (0, 0);
+        let mut around = Neighbourhood::new(&hierarchy, &solution);
+        for side in 0..solution.forest.side_count() {
+            around.visit(side, |_, near| {
+                found += near.map_or(0, <[_]>::len);
+                leaves += usize::from(near.is_some());
+            });
+        }
+        [around.compared as f64, found as f64, leaves as f64]
+    }
+
+    /// However many surfaces meet at an edge, the work is in proportion to what meets: an element is not
+    /// compared with whatever else its box happens to overlap.
+    #[test]
+    fn work_is_in_proportion_to_what_meets() {
+        for pages in [16, 64] {
+            let [compared, found, leaves] = work(pages);
+            assert!(leaves > 10.0 * f64::from(pages), "{pages} pages: too coarse to tell, {leaves} elements");
+            assert!(found >= leaves, "every element meets itself");
+            assert!(compared < 12.0 * found, "{pages} pages: {compared} compared for {found} that meet");
+        }
+    }
+}
