@@ -29,6 +29,7 @@ pub(super) struct Neighbour {
 
 /// What may hold neighbours of a piece.
 #[derive(Clone)]
+#[expect(clippy::large_enum_variant, reason = "most are pieces, and faster in place")]
 enum Candidate<'a> {
     Node(u32),
     Piece(Piece<'a>),
