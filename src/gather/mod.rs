@@ -4,6 +4,7 @@
 mod direct;
 mod hemisphere;
 mod interpolate;
+mod neighbours;
 mod point;
 mod reconstruct;
 

@@ -3,17 +3,15 @@
 //! (T-vertices) become corners of the larger element too, so no crack shows.
 
 use super::interpolate::mean_value;
-use crate::hierarchy::{Hierarchy, NodeKind, Side, TOLERANCE};
-use crate::math::{Aabb, Polygon};
+use super::neighbours::{Neighbour, Neighbourhood};
+use crate::hierarchy::{Hierarchy, Side, TOLERANCE};
+use crate::math::Polygon;
 use crate::radiosity::{Piece, Solution};
 use glam::{DVec3, Vec3};
 use std::sync::OnceLock;
 
-/// Elements whose normals differ by less than about 35° are shaded as one smooth surface.
-const SMOOTH_COSINE: f64 = 0.82;
-
 /// How far apart two corners may lie and still be the same, local units.
-const SAME_POINT: f64 = 4.0 * TOLERANCE;
+pub(super) const SAME_POINT: f64 = 4.0 * TOLERANCE;
 
 /// Outlines of one side's leaf elements with the irradiance at their corners.
 #[derive(Debug, Default)]
@@ -42,15 +40,6 @@ pub struct Reconstruction<'a> {
     sides: Vec<OnceLock<SideMesh>>,
 }
 
-/// A leaf element close to another.
-struct Neighbour {
-    facet: u32,
-    polygon: Polygon,
-    center: DVec3,
-    normal: DVec3,
-    irradiance: Vec3,
-}
-
 impl<'a> Reconstruction<'a> {
     /// Nothing is computed yet.
     pub fn new(hierarchy: &'a Hierarchy, solution: &'a Solution) -> Reconstruction<'a> {
@@ -62,7 +51,7 @@ impl<'a> Reconstruction<'a> {
     pub fn look_up(&self, side: Side, point: DVec3) -> Option<Spot> {
         let forest = &self.solution.forest;
         let index = forest.side_index(side)?;
-        let piece = forest.leaf_at(self.hierarchy, side, point)?;
+        let piece = forest.leaf_on(self.hierarchy, index, point);
         let normal = piece.plane.normal;
         let mesh = self.sides[index].get_or_init(|| self.mesh_of(index));
         let local = (piece.id() - forest.first_element[index]) as usize;
@@ -73,25 +62,15 @@ impl<'a> Reconstruction<'a> {
     }
 
     fn mesh_of(&self, index: usize) -> SideMesh {
-        let forest = &self.solution.forest;
         let mut mesh = SideMesh::default();
-        let mut near = Vec::new();
-        let mut stack = vec![forest.root(self.hierarchy, index)];
-        while let Some(piece) = stack.pop() {
+        Neighbourhood::new(self.hierarchy, self.solution).visit(index, |piece, near| {
             mesh.first.push(mesh.points.len() as u32);
-            if forest.second[piece.id() as usize] != 0 {
-                let [a, b] = piece.halves(forest);
-                stack.push(b);
-                stack.push(a);
-                continue;
-            }
-            near.clear();
-            self.leaves_near(&piece, &mut near);
-            for corner in outline(&piece.polygon, &near) {
-                mesh.irradiance.push(self.corner_value(corner, &piece, &near));
+            let Some(near) = near else { return };
+            for corner in outline(&piece.polygon, near) {
+                mesh.irradiance.push(self.corner_value(corner, piece, near));
                 mesh.points.push(corner);
             }
-        }
+        });
         mesh.first.push(mesh.points.len() as u32);
         mesh
     }
@@ -103,8 +82,7 @@ impl<'a> Reconstruction<'a> {
             if other.facet == piece.side.facet && self.is_parted(piece, other) {
                 continue;
             }
-            let off_plane = (corner - other.center).dot(other.normal).abs();
-            if off_plane <= SAME_POINT && other.polygon.outside_distance(corner, other.normal) <= SAME_POINT {
+            if other.meets(corner) {
                 let weight = (1.0 / other.center.distance(corner).max(SAME_POINT)) as f32;
                 sum += other.irradiance * weight;
                 weights += weight;
@@ -122,52 +100,6 @@ impl<'a> Reconstruction<'a> {
             .on(piece.side.facet)
             .iter()
             .any(|&[a, b]| side(a, b, from) != side(a, b, to) && side(from, to, a) != side(from, to, b))
-    }
-
-    /// All leaf elements that touch the box of `piece` and continue its surface, itself included.
-    fn leaves_near(&self, piece: &Piece<'_>, near: &mut Vec<Neighbour>) {
-        let bounds = piece.polygon.bounds();
-        let mut stack = vec![0u32];
-        while let Some(index) = stack.pop() {
-            let node = &self.hierarchy.nodes[index as usize];
-            if !node.bounds.overlaps(bounds, SAME_POINT as f32) {
-                continue;
-            }
-            match node.kind(index) {
-                NodeKind::Cluster(children) => stack.extend(children.iter().rev()),
-                NodeKind::Leaf(facet) => {
-                    for side in self.solution.forest.sides_of(facet) {
-                        let root = self.solution.forest.root(self.hierarchy, side);
-                        if root.plane.normal.dot(piece.plane.normal) > SMOOTH_COSINE {
-                            self.leaves_within(root, &bounds, near);
-                        }
-                    }
-                }
-            }
-        }
-    }
-
-    fn leaves_within(&self, root: Piece<'_>, bounds: &Aabb, near: &mut Vec<Neighbour>) {
-        let forest = &self.solution.forest;
-        let mut stack = vec![root];
-        while let Some(piece) = stack.pop() {
-            if !piece.polygon.bounds().overlaps(*bounds, SAME_POINT as f32) {
-                continue;
-            }
-            if forest.second[piece.id() as usize] != 0 {
-                let [a, b] = piece.halves(forest);
-                stack.push(b);
-                stack.push(a);
-            } else {
-                near.push(Neighbour {
-                    facet: piece.side.facet,
-                    center: piece.polygon.center(),
-                    normal: piece.plane.normal,
-                    irradiance: self.solution.light.irradiance[piece.id() as usize],
-                    polygon: piece.polygon,
-                });
-            }
-        }
     }
 }
 

@@ -46,7 +46,8 @@ impl Clip {
         if kept < 3 {
             kept = 0;
         }
-        std::mem::swap(&mut self.points, &mut self.spare);
+        // Not swapped: few of the points are in use.
+        self.points[..kept].copy_from_slice(&self.spare[..kept]);
         self.count = kept;
         kept > 0
     }

@@ -52,17 +52,28 @@ pub struct Piece<'a> {
 impl<'a> Piece<'a> {
     /// Both halves; splits the tree if need be.
     pub fn halves(&self, forest: &'a Forest) -> [Piece<'a>; 2] {
-        let trees = self.tree.split(&forest.next_id);
         let division = self.division(forest);
-        [0, 1].map(|half| Piece {
-            tree: &trees[half],
+        [0, 1].map(|half| self.half(forest, &division, half))
+    }
+
+    /// The half at a point of the piece; splits the tree if need be.
+    pub fn half_at(&self, forest: &'a Forest, point: DVec3) -> Piece<'a> {
+        let division = self.division(forest);
+        let is_first = division.is_in_first(point, self.plane.normal);
+        self.half(forest, &division, usize::from(!is_first))
+    }
+
+    fn half(&self, forest: &'a Forest, division: &Division, half: usize) -> Piece<'a> {
+        let tree = &self.tree.split(&forest.next_id)[half];
+        Piece {
+            tree,
             polygon: division.parts[half],
             plane: self.plane,
             side: self.side,
             key: hash_pair(self.key, half as u64 + 1),
             cut: division.cuts[half],
-            cell: if self.cut == NO_CUT { self.cell } else { trees[half].id() },
-        })
+            cell: if self.cut == NO_CUT { self.cell } else { tree.id() },
+        }
     }
 
     /// The outlines of both halves.
@@ -161,23 +172,24 @@ impl Forest {
     pub fn piece(&self, hierarchy: &Hierarchy, element: u32) -> Piece<'_> {
         let mut piece = self.root(hierarchy, self.side_of(element));
         while piece.id() != element {
-            let second = self.second[piece.id() as usize];
-            let [a, b] = piece.halves(self);
-            piece = if element < second { a } else { b };
+            let is_second = element >= self.second[piece.id() as usize];
+            piece = piece.half(self, &piece.division(self), usize::from(is_second));
         }
         piece
     }
 
     /// The leaf element at a point on a side; `None` for a side that takes no part.
     pub fn leaf_at(&self, hierarchy: &Hierarchy, side: Side, point: DVec3) -> Option<Piece<'_>> {
-        let mut piece = self.root(hierarchy, self.side_index(side)?);
-        let normal = piece.plane.normal;
+        Some(self.leaf_on(hierarchy, self.side_index(side)?, point))
+    }
+
+    /// The leaf element at a point on the side with this number.
+    pub fn leaf_on(&self, hierarchy: &Hierarchy, index: usize, point: DVec3) -> Piece<'_> {
+        let mut piece = self.root(hierarchy, index);
         while self.second[piece.id() as usize] != 0 {
-            let is_first = piece.division(self).is_in_first(point, normal);
-            let [a, b] = piece.halves(self);
-            piece = if is_first { a } else { b };
+            piece = piece.half_at(self, point);
         }
-        Some(piece)
+        piece
     }
 
     /// The leaf element that a ray met; `None` for a side that takes no part.

@@ -32,6 +32,13 @@ const MOST_RETURNED: f64 = 0.99;
 /// Gains are rounded to this part of 1.
 const STEPS: f64 = 1024.0;
 
+/// Marks of all groups that are looked at at the same time: at most this many, 256 MiB, or
+/// [`FEWEST_RUNS`] times those of the scene.
+const MOST_MARKS: usize = 1 << 26;
+
+/// However large the scene, the groups are dealt out in this many runs.
+const FEWEST_RUNS: usize = 8;
+
 /// What each element receives, over what its links bring.
 #[derive(Clone, Debug)]
 pub struct Strays(Vec<f32>);
@@ -59,13 +66,12 @@ impl Strays {
         let group_area = GROUP * wall_area;
         let groups = scene.groups(group_area);
         progress.start("stray light", groups.len() as u64);
-        // One array of marks for each of a few long runs of groups: they are as large as the scene.
-        let run = groups.len().div_ceil(4 * rayon::current_num_threads()).max(1);
+        let nodes = scene.hierarchy.nodes.len() + scene.forest.len();
+        let run = groups.len().div_ceil(runs(rayon::current_num_threads(), nodes)).max(1);
         let gains: Vec<f32> = groups
             .par_chunks(run)
             .flat_map_iter(|groups| {
-                let marks = vec![0; scene.hierarchy.nodes.len() + scene.forest.len()];
-                let mut covered = Covered { stamp: 0, marks };
+                let mut covered = Covered { stamp: 0, marks: vec![0; nodes] };
                 let gain = move |group: &Group| {
                     let count = rays as f64 * (group.area / group_area).min(LARGEST);
                     let count = (count as u32).max(FEWEST).next_multiple_of(PACKET as u32);
@@ -81,6 +87,13 @@ impl Strays {
         }
         strays
     }
+}
+
+/// In how many runs the groups are dealt out to the threads: each has an array of marks as large as the
+/// scene, so the runs are few, and no more than fit in memory together.
+fn runs(threads: usize, nodes: usize) -> usize {
+    let most = (MOST_MARKS / nodes.max(1)).max(FEWEST_RUNS);
+    if threads <= most { 4 * threads } else { most }
 }
 
 /// Links in place, and the light to look for.
@@ -293,15 +306,12 @@ impl Watched<'_> {
     /// Marks what covers sources for a point of a cell, from the cell down to the leaf element.
     fn mark_elements(&self, cell: u32, point: DVec3, covered: &mut Covered) {
         let mut piece = self.forest.piece(self.hierarchy, cell);
-        let normal = piece.plane.normal;
         loop {
             covered.mark(self.links, self.node_of(piece.id()));
             if self.forest.second[piece.id() as usize] == 0 {
                 return;
             }
-            let is_first = piece.division(self.forest).is_in_first(point, normal);
-            let [a, b] = piece.halves(self.forest);
-            piece = if is_first { a } else { b };
+            piece = piece.half_at(self.forest, point);
         }
     }
 }
@@ -334,5 +344,22 @@ impl Covered {
             let mark = self.marks[node as usize];
             mark == self.stamp || older.contains(&mark)
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn marks_are_bounded_whatever_the_number_of_threads() {
+        for nodes in [1, 1000, 1 << 20, 10_000_000, usize::MAX / 2] {
+            for threads in [1, 2, 8, 64, 1024] {
+                let runs = runs(threads, nodes);
+                let together = runs.min(threads);
+                assert!(runs >= threads.min(FEWEST_RUNS), "{runs} runs leave threads idle");
+                assert!(together <= FEWEST_RUNS.max(MOST_MARKS / nodes), "{together} arrays of {nodes}");
+            }
+        }
     }
 }
