@@ -5,8 +5,8 @@
 //! Data flows one way through the rooms below; a room uses only the rooms above it:
 //!
 //! ```text
-//! progress → math → scene → hierarchy → shaft → tracer → visibility → radiosity → gather → image
-//!     → probe → check → report → cli
+//! progress → unfinished → math → scene → hierarchy → shaft → tracer → visibility → radiosity → gather
+//!     → image → probe → check → report → cli
 //! ```
 
 pub mod progress;
@@ -23,4 +23,5 @@ pub mod report;
 pub mod scene;
 pub mod shaft;
 pub mod tracer;
+pub mod unfinished;
 pub mod visibility;

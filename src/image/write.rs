@@ -1,7 +1,6 @@
 //! Pictures as files: PNG for the screen, EXR for further work, written whole or not at all.
 
-use std::fs::File;
-use std::io::{self, BufWriter, Seek, Write};
+use std::io::{self, BufWriter, Cursor, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use image::codecs::{openexr::OpenExrEncoder, png::PngEncoder};
@@ -9,6 +8,7 @@ use image::{ExtendedColorType, ImageEncoder};
 
 use super::picture::Picture;
 use super::tone;
+use crate::unfinished::{Unfinished, folder_of};
 
 /// Why a file cannot be written.
 #[derive(Debug, thiserror::Error)]
@@ -96,20 +96,25 @@ pub fn check_output(path: &Path) -> Result<PictureFormat, OutputError> {
 /// When the folder is missing or not writable, or something other than a writable regular file
 /// stands there.
 pub fn check_destination(path: &Path) -> Result<(), OutputError> {
+    let folder = folder_of(path);
+    if !folder.is_dir() {
+        return Err(OutputError::NoFolder { path: path.to_owned(), folder: folder.to_owned() });
+    }
+    let io = |source| OutputError::Io { path: path.to_owned(), source };
     match path.metadata() {
-        Ok(found) if !found.is_file() => return Err(OutputError::NotAFile { path: path.to_owned() }),
-        Ok(found) if found.permissions().readonly() => {
+        Ok(found) if found.is_file() && found.permissions().readonly() => {
             return Err(OutputError::ReadOnly { path: path.to_owned() });
         }
-        Err(source) if !matches!(source.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
-            return Err(OutputError::Io { path: path.to_owned(), source });
-        }
-        _ => {}
+        Ok(found) if found.is_file() => {}
+        // A link to nothing is no file either.
+        Err(error) if error.kind() == io::ErrorKind::NotFound && !path.is_symlink() => {}
+        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(io(error)),
+        _ => return Err(OutputError::NotAFile { path: path.to_owned() }),
     }
     if path.file_name().is_none() {
         return Err(OutputError::NotAFile { path: path.to_owned() });
     }
-    create_beside(path).map(drop)
+    Unfinished::at(path).map(drop).map_err(io)
 }
 
 /// Writes `picture` to `path` in the format its extension names, replacing what is there.
@@ -123,15 +128,21 @@ pub fn write_picture(path: &Path, picture: &Picture, exposure: f32) -> Result<()
     let format = PictureFormat::of(path)?;
     let (width, height) = (picture.width, picture.height);
     write_atomically(path, |file| match format {
-        PictureFormat::Png => PngEncoder::new(file).write_image(
-            &tone::srgb_bytes(picture, exposure),
-            width,
-            height,
-            ExtendedColorType::Rgb8,
-        ),
+        PictureFormat::Png => {
+            let bytes = tone::srgb_bytes(picture, exposure);
+            PngEncoder::new(file).write_image(&bytes, width, height, ExtendedColorType::Rgb8)
+        }
         PictureFormat::Exr => {
             let bytes: Vec<u8> = picture.pixels.iter().flatten().flat_map(|c| c.to_ne_bytes()).collect();
-            OpenExrEncoder::new(file).write_image(&bytes, width, height, ExtendedColorType::Rgb32F)
+            // In memory first: the encoder tells nobody that a full disk was the reason.
+            let mut encoded = Cursor::new(Vec::new());
+            OpenExrEncoder::new(&mut encoded).write_image(
+                &bytes,
+                width,
+                height,
+                ExtendedColorType::Rgb32F,
+            )?;
+            Ok(file.write_all(encoded.get_ref())?)
         }
     })
 }
@@ -140,57 +151,24 @@ pub fn write_picture(path: &Path, picture: &Picture, exposure: f32) -> Result<()
 pub trait Sink: Write + Seek {}
 impl<T: Write + Seek> Sink for T {}
 
-/// Lets `fill` write a temporary file beside `path`, then moves it there in one step.
+/// Lets `fill` write an [`Unfinished`] file, then moves it to `path` in one step.
 ///
 /// # Errors
-/// When the folder is missing or not writable, the disk is full or `fill` fails; then the temporary
-/// file is removed and `path` is as before. A link stays one, and rights stay as they are.
+/// When the folder is missing or not writable, the disk is full or `fill` fails; then `path` is as before.
 pub fn write_atomically<E: Into<FillError>>(
     path: &Path,
     fill: impl FnOnce(&mut dyn Sink) -> Result<(), E>,
 ) -> Result<(), OutputError> {
     let io = |source| OutputError::Io { path: path.to_owned(), source };
-    // What a link points to is replaced, not the link; and a file that is replaced keeps its rights.
-    let place = path.canonicalize().unwrap_or_else(|_| path.to_owned());
-    let mut file = create_beside(&place)?;
-    if let Ok(found) = place.metadata() {
-        file.as_file().set_permissions(found.permissions()).map_err(io)?;
-    }
-    let mut writer = BufWriter::new(Watched { file: file.as_file_mut(), error: None });
-    if let Err(error) = fill(&mut writer) {
-        return Err(match (error.into(), writer.get_mut().error.take()) {
-            (_, Some(source)) | (FillError::Io(source), _) => io(source),
-            (FillError::Encode(message), _) => OutputError::Encode { path: path.to_owned(), message },
-        });
-    }
+    let mut file = Unfinished::at(path).map_err(io)?;
+    let mut writer = BufWriter::new(&mut file);
+    fill(&mut writer).map_err(|error| match error.into() {
+        FillError::Io(source) => io(source),
+        FillError::Encode(message) => OutputError::Encode { path: path.to_owned(), message },
+    })?;
     writer.flush().map_err(io)?;
     drop(writer);
-    file.as_file().sync_all().map_err(io)?;
-    file.persist(&place).map(drop).map_err(|error| io(error.error))
-}
-
-/// A file that remembers what the system said when writing failed: encoders may not pass it on.
-struct Watched<'a> {
-    file: &'a mut File,
-    error: Option<io::Error>,
-}
-
-impl Write for Watched<'_> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.file.write(bytes).inspect_err(|error| {
-            self.error = error.raw_os_error().map(io::Error::from_raw_os_error);
-        })
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.file.flush()
-    }
-}
-
-impl Seek for Watched<'_> {
-    fn seek(&mut self, to: io::SeekFrom) -> io::Result<u64> {
-        self.file.seek(to)
-    }
+    file.finish().map_err(io)
 }
 
 /// Why filling a file failed.
@@ -215,22 +193,6 @@ impl From<image::ImageError> for FillError {
             other => Self::Encode(other.to_string()),
         }
     }
-}
-
-fn create_beside(path: &Path) -> Result<tempfile::NamedTempFile, OutputError> {
-    let folder = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    if !folder.is_dir() {
-        return Err(OutputError::NoFolder { path: path.to_owned(), folder: folder.to_owned() });
-    }
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".lightshaft-").suffix(".tmp");
-    // The usual rights of a new file, less the umask, instead of the private ones of a temporary.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder).map_err(|source| OutputError::Io { path: path.to_owned(), source })
 }
 
 #[cfg(test)]
@@ -323,6 +285,30 @@ mod tests {
         assert!(matches!(check_output(&at("c.png/d.png")), Err(OutputError::NoFolder { .. })));
         assert_eq!(check_output(&at("d.exr")).expect("free"), PictureFormat::Exr);
         assert_eq!(names(folder.path()), ["b.png", "c.png"]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_is_replaced_keeps_its_link_and_its_mode() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let at = |name: &str| folder.path().join(name);
+        std::fs::write(at("a.png"), "old").expect("written");
+        for mode in [0o600, 0o666] {
+            std::fs::set_permissions(at("a.png"), PermissionsExt::from_mode(mode)).expect("rights");
+            write_picture(&at("a.png"), &gradient(), 1.0).expect("written");
+            assert_eq!(at("a.png").metadata().expect("metadata").permissions().mode() & 0o777, mode);
+        }
+        std::fs::create_dir(at("deep")).expect("folder");
+        std::os::unix::fs::symlink("../a.png", at("deep/link.png")).expect("link");
+        write_picture(&at("deep/link.png"), &gradient(), 2.0).expect("written");
+        assert!(at("deep/link.png").is_symlink());
+        assert_eq!(
+            image::open(at("a.png")).expect("a picture").into_rgb8().into_raw(),
+            tone::srgb_bytes(&gradient(), 2.0)
+        );
+        std::os::unix::fs::symlink("nothing", at("dangling.png")).expect("link");
+        assert!(matches!(check_output(&at("dangling.png")), Err(OutputError::NotAFile { .. })));
     }
 
     #[cfg(unix)]

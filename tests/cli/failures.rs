@@ -145,6 +145,54 @@ fn a_read_only_picture_is_not_replaced() {
 }
 
 #[test]
+fn a_name_too_long_is_code_6_before_the_scene_is_read() {
+    let name = format!("{}.png", "a".repeat(300));
+    Folder::new().run(&["render", "scene.toml", "-o", &name]).expect_error(6, &["cannot write"]);
+}
+
+/// A file that may not grow is a full disk that needs no disk.
+#[cfg(unix)]
+#[test]
+fn a_full_disk_is_code_6_for_every_kind_of_output() {
+    for output in ["a.png", "a.exr", "a.csv"] {
+        let folder = Folder::with_scene();
+        let verb = if output == "a.csv" { "probe --grid 1 --spacing 0.02" } else { "render --width 200" };
+        let program = env!("CARGO_BIN_EXE_lightshaft");
+        let line = format!(
+            "trap '' XFSZ; ulimit -f 1; exec {program} {verb} --quality draft -q scene.toml -o {output}"
+        );
+        let run = folder.finished(std::process::Command::new("sh").args(["-c", &line]));
+        run.expect_error(6, &[output, "cannot write: "]);
+        assert_eq!(folder.names(), ["corner.obj", "scene.toml"]);
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_killed_run_leaves_nothing_half_written() {
+    use rustix::fs::{Mode, OFlags, open};
+    let folder = Folder::new();
+    let flags = OFlags::TMPFILE | OFlags::RDWR;
+    if open(folder.path(""), flags, Mode::RUSR).is_err() {
+        // The file system knows no files without a name.
+        return;
+    }
+    let office = ["generate", "office", "--floors", "30", "--rooms", "50", "-o", "."];
+    let mut child = folder.command(&office).spawn().expect("the binary starts");
+    let files = format!("/proc/{}/fd", child.id());
+    let is_writing = || {
+        let mut open = std::fs::read_dir(&files).expect("its files").flatten();
+        open.any(|file| std::fs::read_link(file.path()).is_ok_and(|to| to.starts_with(folder.path(""))))
+    };
+    while !is_writing() {
+        assert_eq!(child.try_wait().expect("its state"), None, "it ended before it was killed");
+    }
+    child.kill().expect("killed");
+    child.wait().expect("its end");
+    assert_eq!(folder.names(), Vec::<String>::new());
+}
+
+#[test]
 fn an_old_picture_survives_a_failed_run() {
     let folder = Folder::new();
     folder.write("out.png", "old");

@@ -86,7 +86,12 @@ impl Folder {
 
     /// Runs the binary with these arguments, in this folder, without a terminal.
     pub(crate) fn run(&self, arguments: &[&str]) -> Run {
-        let output = self.command(arguments).output().expect("the binary starts");
+        self.finished(&mut self.command(arguments))
+    }
+
+    /// Runs a command in this folder to its end.
+    pub(crate) fn finished(&self, command: &mut Command) -> Run {
+        let output = command.current_dir(self.0.path()).output().expect("the binary starts");
         Run {
             code: output.status.code().expect("an exit code, not a signal"),
             stdout: String::from_utf8(output.stdout).expect("text on standard output"),

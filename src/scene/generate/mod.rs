@@ -12,9 +12,9 @@ use std::fmt::Write as _;
 use std::io::{BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
-use tempfile::NamedTempFile;
-
 use obj_writer::ObjWriter;
+
+use crate::unfinished::Unfinished;
 
 /// First words of the mesh and the description, so that those written here may be replaced.
 const SIGNATURE: &str = "# Office building";
@@ -126,10 +126,6 @@ impl OfficeOptions {
 /// [`GenerateError`]; nothing half-written is left behind.
 pub fn generate_office(options: &OfficeOptions, out_dir: &Path) -> Result<OfficeSummary, GenerateError> {
     options.validate()?;
-    let failed = |path: &Path| {
-        let path = path.to_path_buf();
-        move |source| GenerateError::Io { path, source }
-    };
     std::fs::create_dir_all(out_dir).map_err(failed(out_dir))?;
     for (name, signature) in FILES {
         let path = out_dir.join(name);
@@ -137,7 +133,8 @@ pub fn generate_office(options: &OfficeOptions, out_dir: &Path) -> Result<Office
             return Err(GenerateError::Occupied(path));
         }
     }
-    let mesh_file = temporary_in(out_dir).map_err(failed(out_dir))?;
+    let [mesh_path, materials_path, scene_path] = FILES.map(|(name, _)| out_dir.join(name));
+    let mesh_file = Unfinished::at(&mesh_path).map_err(failed(&mesh_path))?;
     let mut mesh = ObjWriter::new(BufWriter::with_capacity(1 << 18, mesh_file));
     mesh.line(&format!("{SIGNATURE}, {} floor(s) of {} room(s), metres", options.floors, options.rooms));
     mesh.line("mtllib office.mtl");
@@ -146,32 +143,26 @@ pub fn generate_office(options: &OfficeOptions, out_dir: &Path) -> Result<Office
     let mesh_file = mesh
         .finish()
         .and_then(|buffer| buffer.into_inner().map_err(|error| error.into_error()))
-        .map_err(failed(out_dir))?;
-    let materials_file = written(out_dir, &materials_text()).map_err(failed(out_dir))?;
-    let scene_file = written(out_dir, &scene_text(options, triangles)).map_err(failed(out_dir))?;
-    for (file, (name, _)) in [mesh_file, materials_file, scene_file].into_iter().zip(FILES) {
-        let path = out_dir.join(name);
-        file.persist(&path).map_err(|error| GenerateError::Io { path, source: error.error })?;
-    }
-    let scene = out_dir.join("scene.toml");
-    Ok(OfficeSummary { scene, triangles, rooms: options.room_count() })
-}
-
-/// A file that vanishes unless it gets its name, with the permissions of any new file.
-fn temporary_in(folder: &Path) -> std::io::Result<NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".office-");
-    #[cfg(unix)]
+        .map_err(failed(&mesh_path))?;
+    let materials_file = written(&materials_path, &materials_text())?;
+    let scene_file = written(&scene_path, &scene_text(options, triangles))?;
+    for (file, path) in
+        [(mesh_file, &mesh_path), (materials_file, &materials_path), (scene_file, &scene_path)]
     {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
+        file.finish().map_err(failed(path))?;
     }
-    builder.tempfile_in(folder)
+    Ok(OfficeSummary { scene: scene_path, triangles, rooms: options.room_count() })
 }
 
-fn written(folder: &Path, text: &str) -> std::io::Result<NamedTempFile> {
-    let mut file = temporary_in(folder)?;
-    file.write_all(text.as_bytes())?;
+/// Why a file cannot be written.
+fn failed(path: &Path) -> impl FnOnce(std::io::Error) -> GenerateError {
+    let path = path.to_path_buf();
+    move |source| GenerateError::Io { path, source }
+}
+
+fn written(path: &Path, text: &str) -> Result<Unfinished, GenerateError> {
+    let mut file = Unfinished::at(path).map_err(failed(path))?;
+    file.write_all(text.as_bytes()).map_err(failed(path))?;
     Ok(file)
 }
 
