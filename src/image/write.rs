@@ -250,22 +250,6 @@ mod tests {
         assert_eq!(names(folder.path()), ["out.png"]);
     }
 
-    #[cfg(unix)]
-    #[test]
-    fn a_link_and_the_rights_of_what_is_replaced_stay() {
-        use std::os::unix::fs::{MetadataExt, PermissionsExt, symlink};
-        let folder = tempfile::tempdir().expect("temporary folder");
-        let (private, link) = (folder.path().join("private.png"), folder.path().join("link.png"));
-        std::fs::write(&private, "old").expect("written");
-        std::fs::set_permissions(&private, std::fs::Permissions::from_mode(0o600)).expect("rights");
-        symlink(&private, &link).expect("a link");
-        write_picture(&link, &gradient(), 1.0).expect("written");
-        assert!(link.is_symlink());
-        assert_eq!(image::open(&private).expect("a picture").width(), 4);
-        assert_eq!(private.metadata().expect("metadata").mode() & 0o777, 0o600);
-        assert_eq!(names(folder.path()), ["link.png", "private.png"]);
-    }
-
     #[test]
     fn checks_name_what_is_wrong_and_leave_nothing() {
         let folder = tempfile::tempdir().expect("temporary folder");
