@@ -6,7 +6,7 @@ use super::links::{Link, LinkClass, LinkSet};
 use super::quarters::Quarters;
 use super::refine::{RefineCounters, Refiner, Thresholds};
 use super::strays::{Strays, Watched};
-use super::transport::{Cap, Light, Materials, Receiving, Surface};
+use super::transport::{Damping, Light, Materials, Receiving, Surface};
 use crate::hierarchy::Hierarchy;
 use crate::progress::Progress;
 use crate::tracer::Tracer;
@@ -154,8 +154,8 @@ pub fn solve(
     // A single facet has nothing to exchange light with.
     let first = if hierarchy.nodes[0].is_leaf() { Vec::new() } else { vec![SELF_LINK] };
     let mut links = LinkSet::new(first, hierarchy.nodes.len() + forest.len());
-    let mut cap = Cap::new(hierarchy, &forest, &links);
     let mut strays = Strays::none(forest.len());
+    let mut damping = Damping::none(forest.len());
     let mut counters = RefineCounters::default();
     let emitted = emitted_power(hierarchy, &forest);
     let (mut refine_seconds, mut solve_seconds) = (0.0, 0.0);
@@ -187,6 +187,7 @@ pub fn solve(
             let watched = Watched { hierarchy, forest: &forest, light: &light, links: &links, tracer };
             let rays = STRAY_RAYS * options.visibility.rays;
             strays = Strays::found(&watched, wall_area, rays, &strays, progress);
+            damping = Damping::new(hierarchy, &forest, &links, &strays);
             progress.finish();
             refine_seconds += start.elapsed().as_secs_f64();
         }
@@ -210,13 +211,13 @@ pub fn solve(
                 counters.invisible += (kept - refined.len()) as u64;
             }
             links = LinkSet::new(refined, hierarchy.nodes.len() + forest.len());
-            cap = Cap::new(hierarchy, &forest, &links);
             strays = Strays::none(forest.len());
+            damping = Damping::new(hierarchy, &forest, &links, &strays);
             progress.finish();
             refine_seconds += start.elapsed().as_secs_f64();
         }
         let start = Instant::now();
-        let receiving = Receiving { cap: &cap, strays: &strays };
+        let receiving = Receiving { damping: &damping, strays: &strays };
         let materials = Materials { hierarchy, forest: &forest };
         let next = light.iterate(hierarchy, &forest, &links, &materials, receiving);
         error = changed_power(&forest, &light, &next);

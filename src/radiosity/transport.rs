@@ -32,47 +32,62 @@ pub struct Light {
     pub lit: Vec<f32>,
 }
 
-/// What each leaf element receives when every surface has exitance 1: the share of its hemisphere that its
-/// links and those of all nodes above it cover.
+/// The share of what reaches it that each leaf element takes.
 ///
-/// Form factors at a few points, and those of clusters, can add up to more than 1, and between bright
-/// surfaces light would then grow without end, be it in one dark corner. So a leaf never sends back more
-/// than [`MOST_RETURNED`] of what reaches it in such light.
+/// Form factors at a few points, and those of clusters, can add up to more than 1, and where bright surfaces
+/// are close to each other light would then grow without end, be it in one dark corner. Row sums say little
+/// about that: they are too large in many places from which the light goes on to others. So every surface
+/// sends out 1, and the light is followed for some bounces. With x the sum of them all and K one bounce,
+/// K x ≤ λ x holds nearly everywhere; where it does not, the element takes so much less that it does. Then no
+/// light grows, since the spectral radius of a positive operator is no larger than such a λ
+/// (Collatz and Wielandt).
 #[derive(Clone, Debug)]
-pub(super) struct Cap(Vec<f32>);
+pub(super) struct Damping(Vec<f32>);
 
-/// See [`Cap`].
-const MOST_RETURNED: f32 = 0.99;
+impl Damping {
+    /// λ.
+    const MOST: f32 = 0.99;
 
-impl Cap {
-    /// None at all, for `elements` elements.
-    fn none(elements: usize) -> Cap {
-        Cap(vec![0.0; elements])
+    /// Bounces.
+    const BOUNCES: u32 = 8;
+
+    /// None, for `elements` elements.
+    pub(super) fn none(elements: usize) -> Damping {
+        Damping(vec![1.0; elements])
     }
 
-    /// Sends even light over the links.
-    pub(super) fn new(hierarchy: &Hierarchy, forest: &Forest, links: &LinkSet) -> Cap {
-        let (cap, strays) = (Cap::none(forest.len()), Strays::none(forest.len()));
-        let receiving = Receiving { cap: &cap, strays: &strays };
-        let even = Light::emitted(hierarchy, forest, &Even);
-        let next = even.iterate(hierarchy, forest, links, &Even, receiving);
-        Cap(next.irradiance.iter().map(|irradiance| irradiance.x).collect())
+    /// Follows the light over the links.
+    pub(super) fn new(hierarchy: &Hierarchy, forest: &Forest, links: &LinkSet, strays: &Strays) -> Damping {
+        let damping = Damping::none(forest.len());
+        let receiving = Receiving { damping: &damping, strays };
+        let glowing = Glowing(Materials { hierarchy, forest });
+        let mut before = Light::emitted(hierarchy, forest, &glowing);
+        let mut after = before.iterate(hierarchy, forest, links, &glowing, receiving);
+        for _ in 1..Damping::BOUNCES {
+            before = after;
+            after = before.iterate(hierarchy, forest, links, &glowing, receiving);
+        }
+        let share = |(before, after): (&Vec3, &Vec3)| {
+            let once_more = *after - Vec3::ONE;
+            (before * Damping::MOST / once_more.max(Vec3::splat(f32::MIN_POSITIVE))).min_element().min(1.0)
+        };
+        Damping(before.exitance.iter().zip(&after.exitance).map(share).collect())
     }
 }
 
-/// Every side shines alike, and reflects nothing.
-struct Even;
+/// All sides send out 1 besides what they reflect.
+struct Glowing<'a>(Materials<'a>);
 
-impl Surface for Even {
-    fn of(&self, _side: usize) -> (Vec3, Vec3) {
-        (Vec3::ONE, Vec3::ZERO)
+impl Surface for Glowing<'_> {
+    fn of(&self, side: usize) -> (Vec3, Vec3) {
+        (Vec3::ONE, self.0.of(side).1)
     }
 }
 
 /// What elements receive of, and besides, what their links bring.
 #[derive(Clone, Copy)]
 pub(super) struct Receiving<'a> {
-    pub(super) cap: &'a Cap,
+    pub(super) damping: &'a Damping,
     pub(super) strays: &'a Strays,
 }
 
@@ -108,8 +123,8 @@ impl Light {
             variation: vec![0.0; forest.len()],
             ..Light::default()
         };
-        let (cap, strays) = (Cap::none(forest.len()), Strays::none(forest.len()));
-        let receiving = Receiving { cap: &cap, strays: &strays };
+        let (damping, strays) = (Damping::none(forest.len()), Strays::none(forest.len()));
+        let receiving = Receiving { damping: &damping, strays: &strays };
         light.push_pull(hierarchy, forest, surface, receiving, &elements, dark);
         light
     }
@@ -329,9 +344,8 @@ impl Block<'_> {
         let second = self.forest.second[element as usize];
         if second == 0 {
             let (emitted, reflectance) = surface;
-            let gain = self.receiving.strays.gain(element);
-            let returned = gain * self.receiving.cap.0[element as usize] * reflectance.max_element();
-            let irradiance = irradiance * (gain * MOST_RETURNED / returned.max(MOST_RETURNED));
+            let share = self.receiving.damping.0[element as usize];
+            let irradiance = irradiance * (self.receiving.strays.gain(element) * share);
             self.irradiance[own] = irradiance;
             self.exitance[own] = emitted + reflectance * irradiance;
             return (self.exitance[own], self.exitance[own]);
