@@ -27,6 +27,9 @@ pub(super) enum Verb {
     /// Solve a scene at one setting after the other and print error against time
     #[command(after_help = exit_codes_help())]
     Convergence(Box<ConvergenceArgs>),
+    /// Solve a scene with several strategies and tracers and print where visibility time goes
+    #[command(after_help = exit_codes_help())]
+    Profile(Box<ProfileArgs>),
     /// Solve a scene and check that the solution is physically right
     ///
     /// The answer is a table; the exit code is 8 when something in it failed.
@@ -154,6 +157,55 @@ pub(super) struct ConvergenceArgs {
 }
 
 #[derive(Debug, Args)]
+pub(super) struct ProfileArgs {
+    /// Scene description (.toml) or a bare mesh (.obj)
+    #[arg(value_name = "SCENE")]
+    pub(super) scene: PathBuf,
+    /// Ways to decide visibility, separated by commas; the first is what the others are measured by
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_enum,
+        value_delimiter = ',',
+        default_value = "adaptive,root,sampled"
+    )]
+    pub(super) strategies: Vec<VisibilityArg>,
+    /// What casts the rays, separated by commas
+    #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',', default_value = "auto")]
+    pub(super) tracers: Vec<TracerArg>,
+    /// Visibility rays for a pair of nodes, 1 to 1024 each, separated by commas; the first is what the
+    /// others are measured by [default: by --quality]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = whole(1, 1024), allow_negative_numbers = true)]
+    pub(super) rays: Vec<u32>,
+    /// Times each run is made, 1 to 100, in turns; times are medians
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = whole(1, 100), allow_negative_numbers = true)]
+    pub(super) repeat: u32,
+    /// Points to compare irradiance at: a text file as for `probe`
+    #[arg(long, value_name = "FILE", requires = "reference")]
+    pub(super) points: Option<PathBuf>,
+    /// Reference values at these points, a CSV as for `probe`
+    #[arg(long, value_name = "FILE", requires = "points")]
+    pub(super) reference: Option<PathBuf>,
+    /// Rays for a point, 16 to 1048576: so many to the emitters, and so many to everything else
+    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = whole(16, 1 << 20), allow_negative_numbers = true)]
+    pub(super) samples: u32,
+    /// Record to write as JSON
+    #[arg(short, long, value_name = "FILE")]
+    pub(super) output: Option<PathBuf>,
+    /// Plot of error over time to write as SVG
+    #[arg(long, value_name = "FILE")]
+    pub(super) plot: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub(super) exactness: ExactnessArgs,
+    #[command(flatten)]
+    pub(super) machine: LibraryArgs,
+    /// Print nothing but the table and errors
+    #[arg(short, long, help_heading = "Report")]
+    pub(super) quiet: bool,
+}
+
+#[derive(Debug, Args)]
 pub(super) struct CheckArgs {
     /// Scene description (.toml) or a bare mesh (.obj)
     #[arg(value_name = "SCENE")]
@@ -175,6 +227,20 @@ pub(super) struct CheckArgs {
 /// How exact the solution has to be and how visibility is decided.
 #[derive(Debug, Args)]
 pub(super) struct SolutionArgs {
+    #[command(flatten)]
+    pub(super) exactness: ExactnessArgs,
+    /// Visibility rays for a pair of nodes, 1 to 1024 [default: by --quality]; up to 4 times as many for
+    /// what draws a shadow, and where their answer is believed without a proof
+    #[arg(long, value_name = "N", help_heading = "Solution", value_parser = whole(1, 1024), allow_negative_numbers = true)]
+    pub(super) rays: Option<u32>,
+    /// How visibility between two nodes is decided
+    #[arg(long, value_name = "STRATEGY", help_heading = "Solution", value_enum, default_value_t = VisibilityArg::Adaptive)]
+    pub(super) visibility: VisibilityArg,
+}
+
+/// How exact the solution has to be.
+#[derive(Debug, Args)]
+pub(super) struct ExactnessArgs {
     /// Sets --epsilon, --min-size, --rays and --iterations, where they are not given, how closely shadows are
     /// followed, and the samples of a picture
     #[arg(long, value_name = "LEVEL", help_heading = "Solution", value_enum, default_value_t = QualityArg::Normal)]
@@ -186,16 +252,9 @@ pub(super) struct SolutionArgs {
     /// Smallest edge of an element in scene units [default: from the size of the rooms, by --quality]
     #[arg(long, value_name = "LENGTH", help_heading = "Solution", value_parser = positive, allow_negative_numbers = true)]
     pub(super) min_size: Option<f64>,
-    /// Visibility rays for a pair of nodes, 1 to 1024 [default: by --quality]; up to 4 times as many for
-    /// what draws a shadow, and where their answer is believed without a proof
-    #[arg(long, value_name = "N", help_heading = "Solution", value_parser = whole(1, 1024), allow_negative_numbers = true)]
-    pub(super) rays: Option<u32>,
     /// Most iterations of gathering, 1 to 10000 [default: by --quality]
     #[arg(long, value_name = "N", help_heading = "Solution", value_parser = whole(1, 10_000), allow_negative_numbers = true)]
     pub(super) iterations: Option<u32>,
-    /// How visibility between two nodes is decided
-    #[arg(long, value_name = "STRATEGY", help_heading = "Solution", value_enum, default_value_t = VisibilityArg::Adaptive)]
-    pub(super) visibility: VisibilityArg,
     /// Let parts inherit visibility only when it is proved, never when it was sampled
     #[arg(long, help_heading = "Solution")]
     pub(super) certify: bool,
@@ -210,6 +269,13 @@ pub(super) struct MachineArgs {
     /// What casts the rays
     #[arg(long, value_name = "TRACER", help_heading = "Machine", value_enum, default_value_t = TracerArg::Auto)]
     pub(super) tracer: TracerArg,
+    #[command(flatten)]
+    pub(super) library: LibraryArgs,
+}
+
+/// Where Embree is, and how many threads there are.
+#[derive(Debug, Args)]
+pub(super) struct LibraryArgs {
     /// The Embree library to use
     #[arg(long, value_name = "PATH", help_heading = "Machine")]
     pub(super) embree_lib: Option<PathBuf>,

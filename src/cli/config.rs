@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::args::{
-    CheckArgs, ConvergenceArgs, MachineArgs, ProbeArgs, QualityArg, RenderArgs, SolutionArgs, TracerArg,
-    ViewArg, VisibilityArg,
+    CheckArgs, ConvergenceArgs, ExactnessArgs, MachineArgs, ProbeArgs, ProfileArgs, QualityArg, RenderArgs,
+    SolutionArgs, TracerArg, ViewArg, VisibilityArg,
 };
 use super::errors::CliError;
 use crate::image::tone::Exposure;
@@ -66,6 +66,21 @@ pub(super) struct ConvergenceConfig {
     pub(super) settings: Vec<SolveConfig>,
     pub(super) points: PathBuf,
     pub(super) reference: PathBuf,
+    pub(super) samples: u32,
+    pub(super) output: Option<PathBuf>,
+    pub(super) plot: Option<PathBuf>,
+}
+
+/// Everything a profile needs to know.
+#[derive(Clone, Debug)]
+pub(super) struct ProfileConfig {
+    /// With the first of the settings.
+    pub(super) run: RunConfig,
+    pub(super) tracers: Vec<TracerArg>,
+    pub(super) settings: Vec<SolveConfig>,
+    pub(super) repeats: u32,
+    /// Points, and the reference there.
+    pub(super) reference: Option<(PathBuf, PathBuf)>,
     pub(super) samples: u32,
     pub(super) output: Option<PathBuf>,
     pub(super) plot: Option<PathBuf>,
@@ -155,14 +170,18 @@ impl Preset {
 impl SolveConfig {
     /// What is typed, and the preset where nothing is.
     fn of(typed: &SolutionArgs, preset: &Preset) -> Self {
+        Self::with(&typed.exactness, preset, typed.rays, typed.visibility)
+    }
+
+    fn with(typed: &ExactnessArgs, preset: &Preset, rays: Option<u32>, strategy: VisibilityArg) -> Self {
         Self {
             epsilon: typed.epsilon.unwrap_or(preset.epsilon),
             contrast: preset.contrast,
             min_size: typed.min_size,
             resolution: preset.resolution,
-            rays: typed.rays.unwrap_or(preset.rays),
+            rays: rays.unwrap_or(preset.rays),
             iterations: typed.iterations.unwrap_or(preset.iterations),
-            strategy: typed.visibility,
+            strategy,
             certify: typed.certify,
             one_sided: typed.one_sided,
         }
@@ -181,20 +200,20 @@ impl RunConfig {
         machine: MachineArgs,
         quiet: bool,
     ) -> Result<Self, CliError> {
-        if solution.certify && solution.visibility == VisibilityArg::Sampled {
+        if solution.exactness.certify && solution.visibility == VisibilityArg::Sampled {
             return usage("--certify needs proofs, and --visibility sampled makes none");
         }
-        if machine.embree_lib.is_some() && machine.tracer == TracerArg::Fallback {
+        if machine.library.embree_lib.is_some() && machine.tracer == TracerArg::Fallback {
             return usage("--embree-lib has no use with --tracer fallback");
         }
-        let preset = Preset::of(solution.quality);
+        let preset = Preset::of(solution.exactness.quality);
         Ok(Self {
             scene,
             outputs,
             solve: SolveConfig::of(&solution, &preset),
             tracer: machine.tracer,
-            embree_lib: machine.embree_lib,
-            threads: machine.threads,
+            embree_lib: machine.library.embree_lib,
+            threads: machine.library.threads,
             quiet,
         })
     }
@@ -213,7 +232,7 @@ impl RenderConfig {
         }
         check_distinct(&[Some(&typed.scene), Some(&typed.output), typed.stats.as_ref()])?;
         check_extension("--stats", typed.stats.as_deref(), "json")?;
-        let preset = Preset::of(typed.solution.quality);
+        let preset = Preset::of(typed.solution.exactness.quality);
         let view = ViewConfig {
             camera: typed.camera,
             width: typed.width,
@@ -287,7 +306,7 @@ impl ConvergenceConfig {
         let outputs = [typed.output.as_ref(), typed.plot.as_ref()];
         let inputs = [Some(&typed.scene), Some(&typed.points), Some(&typed.reference)];
         check_distinct(&[&inputs[..], &outputs[..]].concat())?;
-        let last = match typed.solution.quality {
+        let last = match typed.solution.exactness.quality {
             QualityArg::Draft => 0.0,
             QualityArg::Normal => 1.0,
             QualityArg::High => 2.0,
@@ -310,6 +329,53 @@ impl ConvergenceConfig {
     }
 }
 
+impl ProfileConfig {
+    /// Makes the settings and checks what depends on several options.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`] when options contradict each other. No file is touched.
+    pub(super) fn check(typed: ProfileArgs) -> Result<Self, CliError> {
+        check_extension("--output", typed.output.as_deref(), "json")?;
+        check_extension("--plot", typed.plot.as_deref(), "svg")?;
+        let outputs = [typed.output.as_ref(), typed.plot.as_ref()];
+        let inputs = [Some(&typed.scene), typed.points.as_ref(), typed.reference.as_ref()];
+        check_distinct(&[&inputs[..], &outputs[..]].concat())?;
+        if typed.exactness.certify && typed.strategies.contains(&VisibilityArg::Sampled) {
+            return usage("--certify needs proofs, and the strategy sampled makes none");
+        }
+        let preset = Preset::of(typed.exactness.quality);
+        let rays = if typed.rays.is_empty() { vec![preset.rays] } else { typed.rays };
+        let settings: Vec<SolveConfig> = typed
+            .strategies
+            .iter()
+            .flat_map(|&strategy| rays.iter().map(move |&rays| (strategy, rays)))
+            .map(|(strategy, rays)| SolveConfig::with(&typed.exactness, &preset, Some(rays), strategy))
+            .collect();
+        let Some(first) = settings.first().cloned() else { return usage("--strategies is empty") };
+        // Embree is looked for as the most demanding of the tracers wants it.
+        let demanding = [TracerArg::Embree, TracerArg::Auto].into_iter().find(|t| typed.tracers.contains(t));
+        let run = RunConfig {
+            scene: typed.scene,
+            outputs: outputs.into_iter().flatten().cloned().collect(),
+            solve: first,
+            tracer: demanding.unwrap_or(TracerArg::Fallback),
+            embree_lib: typed.machine.embree_lib,
+            threads: typed.machine.threads,
+            quiet: typed.quiet,
+        };
+        Ok(Self {
+            run,
+            tracers: typed.tracers,
+            settings,
+            repeats: typed.repeat,
+            reference: typed.points.zip(typed.reference),
+            samples: typed.samples,
+            output: typed.output,
+            plot: typed.plot,
+        })
+    }
+}
+
 /// The coarsest setting of a convergence run, on the scale of [`Preset::at`].
 const COARSEST: f64 = -0.5;
 
@@ -321,7 +387,7 @@ impl CheckConfig {
     pub(super) fn check(typed: CheckArgs) -> Result<Self, CliError> {
         check_distinct(&[Some(&typed.scene), typed.json.as_ref()])?;
         check_extension("--json", typed.json.as_deref(), "json")?;
-        let quality = typed.solution.quality;
+        let quality = typed.solution.exactness.quality;
         let outputs = typed.json.iter().cloned().collect();
         let run = RunConfig::check(typed.scene, outputs, typed.solution, typed.machine, typed.quiet)?;
         Ok(Self { run, quality, json: typed.json })

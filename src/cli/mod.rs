@@ -11,6 +11,7 @@ mod doctor;
 mod errors;
 mod generate;
 mod probe;
+mod profile;
 mod render;
 mod solved;
 
@@ -47,6 +48,7 @@ fn run(typed: impl Iterator<Item = OsString>) -> ExitKind {
         Verb::Convergence(typed) => {
             config::ConvergenceConfig::check(*typed).and_then(|config| convergence::run(&config))
         }
+        Verb::Profile(typed) => config::ProfileConfig::check(*typed).and_then(|config| profile::run(&config)),
         Verb::Check(typed) => config::CheckConfig::check(*typed).and_then(|config| check::run(&config)),
         Verb::Doctor(typed) => doctor::run(&typed),
         Verb::Generate(typed) => generate::run(&typed.what),

@@ -87,6 +87,21 @@ impl Loaded {
         Ok(Loaded { scene, embree, stats, clock })
     }
 
+    /// A tracer of this kind over the mesh.
+    ///
+    /// # Errors
+    /// Embree when it is demanded and not usable.
+    pub(super) fn tracer(
+        &self,
+        config: &RunConfig,
+        kind: TracerArg,
+        hierarchy: &Hierarchy,
+    ) -> Result<Box<dyn Tracer>, CliError> {
+        let library = self.embree.clone().filter(|_| kind != TracerArg::Fallback);
+        let config = RunConfig { tracer: kind, ..config.clone() };
+        build_tracer(&config, library, hierarchy, &mut self.stats.clone())
+    }
+
     /// Builds the hierarchy and the tracer, and solves.
     ///
     /// # Errors
@@ -189,7 +204,7 @@ fn without_embree(config: &RunConfig, reason: &EmbreeError) -> Result<(), CliErr
     Ok(())
 }
 
-fn solve_options(config: &SolveConfig) -> SolveOptions {
+pub(super) fn solve_options(config: &SolveConfig) -> SolveOptions {
     SolveOptions {
         epsilon: config.epsilon,
         contrast: config.contrast,
@@ -197,20 +212,22 @@ fn solve_options(config: &SolveConfig) -> SolveOptions {
         resolution: config.resolution,
         iterations: config.iterations,
         visibility: VisibilityOptions {
-            strategy: strategy(config),
+            strategy: config.strategy.into(),
             rays: config.rays,
             certify: config.certify,
         },
     }
 }
 
-fn strategy(config: &SolveConfig) -> Strategy {
-    match config.strategy {
-        VisibilityArg::All => Strategy::All,
-        VisibilityArg::Root => Strategy::Root,
-        VisibilityArg::Shaft => Strategy::Shaft,
-        VisibilityArg::Adaptive => Strategy::Adaptive,
-        VisibilityArg::Sampled => Strategy::Sampled,
+impl From<VisibilityArg> for Strategy {
+    fn from(typed: VisibilityArg) -> Strategy {
+        match typed {
+            VisibilityArg::All => Strategy::All,
+            VisibilityArg::Root => Strategy::Root,
+            VisibilityArg::Shaft => Strategy::Shaft,
+            VisibilityArg::Adaptive => Strategy::Adaptive,
+            VisibilityArg::Sampled => Strategy::Sampled,
+        }
     }
 }
 
@@ -222,7 +239,7 @@ fn fill_stats(
     hierarchy: &Hierarchy,
     solution: &Solution,
 ) {
-    stats.strategy = strategy(&config.solve).name().to_owned();
+    stats.strategy = Strategy::from(config.solve.strategy).name().to_owned();
     stats.scene = SceneStats {
         triangles_initial: scene.counts.triangles_initial,
         triangles_final: solution.triangle_count(hierarchy),
@@ -253,7 +270,7 @@ fn fill_stats(
     stats.seconds.solve = solution.solve_seconds;
 }
 
-fn link_stats(solution: &Solution) -> LinkStats {
+pub(super) fn link_stats(solution: &Solution) -> LinkStats {
     let links = &solution.links.links;
     let count = |test: fn(&Link) -> bool| links.iter().filter(|l| test(l)).count() as u64;
     let invisible = solution.counters.invisible;

@@ -29,6 +29,14 @@ pub(super) enum Party<'a> {
 }
 
 impl<'a> Party<'a> {
+    /// The node with this id, as links store it.
+    pub(super) fn of_id(id: u32, hierarchy: &Hierarchy, forest: &'a Forest, light: &Light) -> Party<'a> {
+        match id.checked_sub(hierarchy.nodes.len() as u32) {
+            None => Party::Cluster(id),
+            Some(element) => Party::of_piece(forest.piece(hierarchy, element), light),
+        }
+    }
+
     pub(super) fn of_piece(piece: Piece<'a>, light: &Light) -> Party<'a> {
         let id = piece.id() as usize;
         let (exitance, variation) = (light.exitance[id].max_element() as f64, light.variation[id] as f64);
@@ -137,6 +145,11 @@ impl<'a> Party<'a> {
             Party::Element { area, .. } => *area,
             Party::Cluster(node) => hierarchy.nodes[*node as usize].area as f64,
         }
+    }
+
+    /// Mean exitance, largest channel.
+    pub(super) fn exitance(&self, hierarchy: &Hierarchy, light: &Light) -> f64 {
+        self.output(light).0 / self.area(hierarchy).max(f64::MIN_POSITIVE)
     }
 
     /// Power it sends at most, and its largest exitance.

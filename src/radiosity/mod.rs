@@ -6,6 +6,7 @@
 
 mod cuts;
 mod estimate;
+mod fidelity;
 mod flight;
 mod forest;
 mod form_factor;
@@ -20,6 +21,7 @@ mod transport;
 pub use transport::{Light, direction};
 
 pub use cuts::Division;
+pub use fidelity::VisibilityError;
 pub use forest::{Forest, Piece};
 pub use form_factor::PolygonSource;
 pub use links::{Link, LinkClass, LinkSet};

@@ -250,12 +250,7 @@ impl<'a> Refiner<'a> {
     }
 
     fn party(&self, id: u32) -> Party<'a> {
-        let clusters = self.hierarchy.nodes.len() as u32;
-        if id < clusters {
-            Party::Cluster(id)
-        } else {
-            Party::of_piece(self.forest.piece(self.hierarchy, id - clusters), self.light)
-        }
+        Party::of_id(id, self.hierarchy, self.forest, self.light)
     }
 
     /// Decides one pair: link, drop, or split and go on below.

@@ -6,5 +6,6 @@ pub mod convergence;
 pub mod json;
 pub mod memory;
 pub mod plot;
+pub mod profile;
 pub mod stats;
 pub mod table;

@@ -6,6 +6,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use super::convergence::Convergence;
+use super::profile::{Profile, ProfiledRun};
 use crate::image::write::{FillError, OutputError, write_atomically};
 
 /// Size of a plot, pixels.
@@ -17,61 +18,136 @@ const MARGIN: f64 = 1.5;
 /// Values below this are drawn at it: the axes are logarithmic.
 const LEAST: f64 = 1e-3;
 
+/// Told apart by most people who see few colours, and in print.
+const COLOURS: [RGBColor; 6] = [
+    RGBColor(0, 90, 181),
+    RGBColor(220, 50, 32),
+    RGBColor(0, 140, 90),
+    RGBColor(150, 70, 170),
+    RGBColor(200, 130, 0),
+    RGBColor(90, 90, 90),
+];
+
+/// Some curves over two logarithmic axes.
+struct Plot<'a> {
+    title: String,
+    x: &'a str,
+    y: &'a str,
+    curves: Vec<Curve>,
+}
+
+/// Points in the order in which a line joins them, each with its label.
+struct Curve {
+    /// In the legend, if there are several.
+    name: String,
+    points: Vec<((f64, f64), String)>,
+}
+
 /// Draws the error (per cent) over the time (seconds) of each solution, each named by its epsilon.
 ///
 /// # Errors
 /// When `path` cannot be written.
 pub fn write_convergence(path: &Path, found: &Convergence) -> Result<(), OutputError> {
-    let mut text = String::new();
-    {
-        let area = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
-        let drawn = draw(&area, found).and_then(|()| area.present().map_err(|error| error.to_string()));
-        drawn.map_err(|message| OutputError::Encode { path: path.to_owned(), message })?;
-    }
-    write_atomically(path, |file| file.write_all(text.as_bytes()).map_err(FillError::Io))
-}
-
-fn draw(area: &DrawingArea<SVGBackend<'_>, Shift>, found: &Convergence) -> Result<(), String> {
-    let points: Vec<(f64, f64)> = found
+    let points = found
         .rungs
         .iter()
-        .map(|rung| (rung.seconds.max(LEAST), (100.0 * rung.total.rms).max(LEAST)))
-        .collect();
-    let range = |value: fn(&(f64, f64)) -> f64| {
-        let low = points.iter().map(value).fold(f64::INFINITY, f64::min);
-        let high = points.iter().map(value).fold(f64::NEG_INFINITY, f64::max);
-        (low / MARGIN..high * MARGIN).log_scale()
+        .map(|rung| ((rung.seconds, 100.0 * rung.total.rms), format!("ε {:.1e}", rung.epsilon)));
+    let plot = Plot {
+        title: format!("{}: error against time", found.scene),
+        x: "time of the solution (s)",
+        y: "error, root mean square (% of mean irradiance)",
+        curves: vec![Curve { name: String::new(), points: points.collect() }],
     };
-    let failed = |error: DrawingAreaErrorKind<_>| error.to_string();
-    area.fill(&WHITE).map_err(failed)?;
-    let mut chart = ChartBuilder::on(area)
-        .caption(format!("{}: error against time", found.scene), ("sans-serif", 20))
-        .margin(16)
-        .x_label_area_size(48)
-        .y_label_area_size(64)
-        .build_cartesian_2d(range(|p| p.0), range(|p| p.1))
-        .map_err(failed)?;
-    chart
-        .configure_mesh()
-        .x_desc("time of the solution (s)")
-        .y_desc("error, root mean square (% of mean irradiance)")
-        .x_label_formatter(&|x| plain(*x))
-        .y_label_formatter(&|y| plain(*y))
-        .light_line_style(TRANSPARENT)
-        .label_style(("sans-serif", 14))
-        .draw()
-        .map_err(failed)?;
-    chart.draw_series(LineSeries::new(points.iter().copied(), &BLUE)).map_err(failed)?;
-    // Names stand above and below in turn, so that those of neighbours do not meet.
-    let marks = points.iter().zip(&found.rungs).enumerate().map(|(index, (&point, rung))| {
-        let label = format!("ε {:.1e}", rung.epsilon);
-        let above = if index % 2 == 0 { 6 } else { -18 };
-        EmptyElement::at(point)
-            + Circle::new((0, 0), 4, BLUE.filled())
-            + Text::new(label, (8, above), ("sans-serif", 13))
-    });
-    chart.draw_series(marks).map_err(failed)?;
-    Ok(())
+    plot.write(path)
+}
+
+/// Draws the visibility error of links (per cent) over the seconds in visibility, a curve for each strategy and
+/// tracer, each point named by its rays.
+///
+/// # Errors
+/// When `path` cannot be written.
+pub fn write_profile(path: &Path, found: &Profile) -> Result<(), OutputError> {
+    let mut curves: Vec<Curve> = Vec::new();
+    for run in &found.runs {
+        let ProfiledRun { strategy, tracer, rays, .. } = run;
+        let name = format!("{strategy}, {tracer}");
+        let at = (run.visibility_seconds.median, 100.0 * run.visibility_error.mean);
+        let point = (at, format!("{rays} rays"));
+        match curves.iter_mut().find(|curve| curve.name == name) {
+            Some(curve) => curve.points.push(point),
+            None => curves.push(Curve { name, points: vec![point] }),
+        }
+    }
+    let plot = Plot {
+        title: format!("{}: visibility", found.scene),
+        x: "time in visibility, all threads (s)",
+        y: "visibility error, mean over links by form factor (%)",
+        curves,
+    };
+    plot.write(path)
+}
+
+impl Plot<'_> {
+    fn write(&self, path: &Path) -> Result<(), OutputError> {
+        let mut text = String::new();
+        {
+            let area = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
+            let drawn = self.draw(&area).and_then(|()| area.present().map_err(|error| error.to_string()));
+            drawn.map_err(|message| OutputError::Encode { path: path.to_owned(), message })?;
+        }
+        write_atomically(path, |file| file.write_all(text.as_bytes()).map_err(FillError::Io))
+    }
+
+    fn range(&self, value: fn((f64, f64)) -> f64) -> std::ops::Range<f64> {
+        let values = || self.curves.iter().flat_map(|curve| &curve.points).map(|p| value(p.0).max(LEAST));
+        let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(LEAST, f64::max));
+        low.min(high) / MARGIN..high * MARGIN
+    }
+
+    fn draw(&self, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), String> {
+        let failed = |error: DrawingAreaErrorKind<_>| error.to_string();
+        area.fill(&WHITE).map_err(failed)?;
+        let mut chart = ChartBuilder::on(area)
+            .caption(&self.title, ("sans-serif", 20))
+            .margin(16)
+            .x_label_area_size(48)
+            .y_label_area_size(64)
+            .build_cartesian_2d(self.range(|p| p.0).log_scale(), self.range(|p| p.1).log_scale())
+            .map_err(failed)?;
+        chart
+            .configure_mesh()
+            .x_desc(self.x)
+            .y_desc(self.y)
+            .x_label_formatter(&|x| plain(*x))
+            .y_label_formatter(&|y| plain(*y))
+            .light_line_style(TRANSPARENT)
+            .label_style(("sans-serif", 14))
+            .draw()
+            .map_err(failed)?;
+        for (curve, colour) in self.curves.iter().zip(COLOURS.iter().cycle()) {
+            let points = || curve.points.iter().map(|((x, y), label)| ((x.max(LEAST), y.max(LEAST)), label));
+            let line = LineSeries::new(points().map(|(point, _)| point), colour);
+            let drawn = chart.draw_series(line).map_err(failed)?;
+            if self.curves.len() > 1 {
+                let mark = move |(x, y)| PathElement::new([(x, y), (x + 16, y)], colour.stroke_width(2));
+                drawn.label(&curve.name).legend(mark);
+            }
+            // Names stand above and below in turn, so that those of neighbours do not meet.
+            let marks = points().enumerate().map(|(index, (point, label))| {
+                let above = if index % 2 == 0 { 6 } else { -18 };
+                EmptyElement::at(point)
+                    + Circle::new((0, 0), 4, colour.filled())
+                    + Text::new(label.clone(), (8, above), ("sans-serif", 13))
+            });
+            chart.draw_series(marks).map_err(failed)?;
+        }
+        if self.curves.len() > 1 {
+            let mut legend = chart.configure_series_labels();
+            legend.position(SeriesLabelPosition::UpperRight).background_style(WHITE.mix(0.8));
+            legend.border_style(BLACK).label_font(("sans-serif", 14)).draw().map_err(failed)?;
+        }
+        Ok(())
+    }
 }
 
 /// Without an exponent, and without zeros at its end.

@@ -1,0 +1,158 @@
+//! `profile`: the same scene with several strategies, tracers and numbers of rays.
+
+use super::config::{ProfileConfig, SolveConfig};
+use super::console;
+use super::errors::CliError;
+use super::probe::{check_lengths, compared, probe_all, probe_failure};
+use super::solved::{Loaded, in_pool, link_stats, solve_options};
+use crate::gather::Gatherer;
+use crate::hierarchy::Hierarchy;
+use crate::image::write::check_destination;
+use crate::probe::{ProbePoint, Reference, read_points, read_reference};
+use crate::progress::{Progress, Silent};
+use crate::radiosity::{self, Solution, VisibilityError};
+use crate::report::profile::{Profile, ProfiledRun, Spread};
+use crate::report::{json, memory, plot};
+use crate::tracer::Tracer;
+use crate::visibility::Strategy;
+use std::time::Instant;
+
+/// What the ratios are to, when it is among the runs: classic radiosity with this many rays.
+const YARDSTICK_RAYS: u32 = 16;
+
+/// Makes all runs, as configured.
+///
+/// # Errors
+/// The first thing that goes wrong; then no output has been touched.
+pub(super) fn run(config: &ProfileConfig) -> Result<(), CliError> {
+    for path in &config.run.outputs {
+        check_destination(path)?;
+    }
+    in_pool(&config.run, |progress| run_in_pool(config, progress))
+}
+
+fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), CliError> {
+    let target = match &config.reference {
+        Some((points, reference)) => Some(Target::read(points, reference)?),
+        None => None,
+    };
+    let loaded = Loaded::load(&config.run, progress)?;
+    progress.start("build", 0);
+    let hierarchy = Hierarchy::build(&loaded.scene, config.run.solve.one_sided);
+    let tracers = config.tracers.iter().map(|&kind| loaded.tracer(&config.run, kind, &hierarchy));
+    let tracers = tracers.collect::<Result<Vec<_>, _>>();
+    progress.finish();
+    let tracers = tracers?;
+    let bench = Bench { config, loaded: &loaded, hierarchy: &hierarchy, target: target.as_ref() };
+
+    let kinds: Vec<(&dyn Tracer, &SolveConfig)> = tracers
+        .iter()
+        .flat_map(|tracer| config.settings.iter().map(move |settings| (tracer.as_ref(), settings)))
+        .collect();
+    progress.start("profile", kinds.len() as u64 * u64::from(config.repeats));
+    let mut timed: Vec<Timed> = vec![Timed::default(); kinds.len()];
+    let mut runs = Vec::new();
+    for repeat in 0..config.repeats {
+        for (&(tracer, settings), timed) in kinds.iter().zip(&mut timed) {
+            let solution = bench.solve(tracer, settings, timed);
+            // What does not depend on the clock is the same every time.
+            if repeat == 0 {
+                runs.push(bench.judge(tracer, settings, &solution));
+            }
+            progress.advance(1);
+        }
+    }
+    progress.finish();
+    for (run, timed) in runs.iter_mut().zip(timed) {
+        run.visibility_seconds = Spread::of(timed.visibility);
+        run.total_seconds = Spread::of(timed.total);
+        run.peak_rss_bytes = timed.peak_rss_bytes;
+    }
+    let is_yardstick = |run: &ProfiledRun| run.strategy == "sampled" && run.rays == YARDSTICK_RAYS;
+    let found = Profile {
+        scene: loaded.scene.name.clone(),
+        triangles: loaded.scene.counts.triangles_initial,
+        threads: rayon::current_num_threads(),
+        repeats: config.repeats,
+        yardstick: runs.iter().position(is_yardstick).unwrap_or(0),
+        runs,
+    };
+    if let Some(path) = &config.output {
+        json::write_json(path, &found)?;
+    }
+    if let Some(path) = &config.plot {
+        plot::write_profile(path, &found)?;
+    }
+    console::answer(&found.table())?;
+    Ok(())
+}
+
+/// Where the irradiance is known.
+struct Target {
+    points: Vec<ProbePoint>,
+    reference: Vec<Reference>,
+}
+
+impl Target {
+    fn read(points_file: &std::path::Path, reference_file: &std::path::Path) -> Result<Target, CliError> {
+        let points = read_points(points_file).map_err(probe_failure)?;
+        let reference = read_reference(reference_file).map_err(probe_failure)?;
+        check_lengths(reference_file, points.len(), reference.len())?;
+        Ok(Target { points, reference })
+    }
+}
+
+/// What was measured of one run, over all repeats.
+#[derive(Clone, Default)]
+struct Timed {
+    visibility: Vec<f64>,
+    total: Vec<f64>,
+    peak_rss_bytes: u64,
+}
+
+/// What all runs share.
+struct Bench<'a> {
+    config: &'a ProfileConfig,
+    loaded: &'a Loaded,
+    hierarchy: &'a Hierarchy,
+    target: Option<&'a Target>,
+}
+
+impl Bench<'_> {
+    fn solve(&self, tracer: &dyn Tracer, settings: &SolveConfig, timed: &mut Timed) -> Solution {
+        memory::restart_peak();
+        let start = Instant::now();
+        let square_meters = self.hierarchy.square_meters_per_unit(self.loaded.scene.meters_per_unit);
+        let solution =
+            radiosity::solve(self.hierarchy, tracer, &solve_options(settings), square_meters, &Silent);
+        timed.total.push(start.elapsed().as_secs_f64());
+        timed.visibility.push(solution.counters.visibility.nanoseconds as f64 * 1e-9);
+        timed.peak_rss_bytes = timed.peak_rss_bytes.max(memory::peak_rss_bytes());
+        solution
+    }
+
+    /// All but the times.
+    fn judge(&self, tracer: &dyn Tracer, settings: &SolveConfig, solution: &Solution) -> ProfiledRun {
+        let (visibility, links) = (&solution.counters.visibility, link_stats(solution));
+        let strategy = Strategy::from(settings.strategy);
+        let irradiance_error = self.target.map(|target| {
+            let gatherer = Gatherer::new(self.hierarchy, tracer, solution, self.config.samples);
+            compared(&probe_all(&gatherer, &target.points, &Silent), &target.reference).total
+        });
+        ProfiledRun {
+            strategy: strategy.name().to_owned(),
+            tracer: tracer.name().to_owned(),
+            rays: settings.rays,
+            rays_cast: visibility.rays_cast,
+            rays_avoided: visibility.rays_avoided,
+            pairs_tested: visibility.pairs_tested,
+            shafts_built: visibility.shafts_built,
+            links: solution.links.links.len() as u64,
+            certified_share: (links.certified_visible + links.certified_invisible) as f64
+                / (links.total as f64).max(1.0),
+            visibility_error: VisibilityError::of(solution, self.hierarchy, tracer, strategy),
+            irradiance_error,
+            ..ProfiledRun::default()
+        }
+    }
+}
