@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
+use lightshaft::progress::Silent;
 use lightshaft::scene::{LoadOptions, Scene, SceneError, SceneErrorKind, load};
 use proptest::prelude::*;
 
@@ -21,12 +22,12 @@ impl Files {
     }
 
     fn load(&self) -> Result<Scene, SceneError> {
-        load(&self.1, &LoadOptions::default())
+        load(&self.1, &LoadOptions::default(), &Silent)
     }
 
     /// Without asking for an emitter.
     fn load_dark(&self) -> Result<Scene, SceneError> {
-        load(&self.1, &LoadOptions { require_emitter: false })
+        load(&self.1, &LoadOptions { require_emitter: false }, &Silent)
     }
 
     /// The error's kind and its message without the folder.
@@ -402,12 +403,12 @@ fn a_path_that_is_no_scene_says_what_it_is() {
     refused(&[("scene", b"")], Invalid, "scene: has no extension; give");
     let folder = tempfile::tempdir().unwrap();
     for name in ["gone.obj", "gone.toml", "gone.txt", "gone"] {
-        let error = load(&folder.path().join(name), &LoadOptions::default()).unwrap_err();
+        let error = load(&folder.path().join(name), &LoadOptions::default(), &Silent).unwrap_err();
         assert_eq!(error.kind(), Io, "{error}");
         assert!(error.to_string().ends_with(&format!("{name}: file not found; check the path")), "{error}");
         assert_eq!(error.location(), (folder.path().join(name).as_path(), None));
     }
-    let error = load(folder.path(), &LoadOptions::default()).unwrap_err();
+    let error = load(folder.path(), &LoadOptions::default(), &Silent).unwrap_err();
     assert_eq!(error.kind(), Io);
     assert!(error.to_string().contains("is a folder; give the scene file in it"), "{error}");
 }
@@ -428,7 +429,7 @@ fn the_scenes_of_this_repository_are_what_their_readmes_say() {
     for (name, triangles, is_closed) in
         [("cornell-box", 32, false), ("paper-1", 120, true), ("paper-2", 680, true), ("paper-3", 24, false)]
     {
-        let scene = load(&scenes.join(name).join("scene.toml"), &LoadOptions::default()).unwrap();
+        let scene = load(&scenes.join(name).join("scene.toml"), &LoadOptions::default(), &Silent).unwrap();
         assert_eq!(scene.name, name);
         assert_eq!(scene.warnings, Vec::<String>::new());
         assert_eq!(scene.counts.triangles_initial, triangles, "{name}");

@@ -7,6 +7,7 @@ use clap::builder::{RangedU64ValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use super::errors::exit_codes_help;
+use crate::gather::SAMPLES;
 
 /// Diffuse global illumination by hierarchical radiosity: solves a scene once and renders views of it.
 #[derive(Debug, Parser)]
@@ -108,7 +109,7 @@ pub(super) struct ProbeArgs {
     #[arg(long)]
     pub(super) lux: bool,
     /// Rays for a point, 16 to 1048576: so many to the emitters, and so many to everything else
-    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = whole(16, 1 << 20), allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value_t = SAMPLES, value_parser = whole(16, 1 << 20), allow_negative_numbers = true)]
     pub(super) samples: u32,
     /// Reference values to compare with, a CSV with one row a point; says how far the answers are from them
     #[arg(long, value_name = "FILE")]
@@ -144,7 +145,7 @@ pub(super) struct ConvergenceArgs {
     #[arg(long, value_name = "FILE")]
     pub(super) plot: Option<PathBuf>,
     /// Rays for a point, 16 to 1048576: so many to the emitters, and so many to everything else
-    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = whole(16, 1 << 20), allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value_t = SAMPLES, value_parser = whole(16, 1 << 20), allow_negative_numbers = true)]
     pub(super) samples: u32,
 
     #[command(flatten)]
@@ -187,7 +188,7 @@ pub(super) struct ProfileArgs {
     #[arg(long, value_name = "FILE", requires = "points")]
     pub(super) reference: Option<PathBuf>,
     /// Rays for a point, 16 to 1048576: so many to the emitters, and so many to everything else
-    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = whole(16, 1 << 20), allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value_t = SAMPLES, value_parser = whole(16, 1 << 20), allow_negative_numbers = true)]
     pub(super) samples: u32,
     /// Record to write as JSON
     #[arg(short, long, value_name = "FILE")]

@@ -37,8 +37,8 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
         None => None,
     };
     let loaded = Loaded::load(&config.run, progress)?;
+    let hierarchy = Hierarchy::build(&loaded.scene, config.run.solve.one_sided, progress);
     progress.start("build", 0);
-    let hierarchy = Hierarchy::build(&loaded.scene, config.run.solve.one_sided);
     let tracers = config.tracers.iter().map(|&kind| loaded.tracer(&config.run, kind, &hierarchy));
     let tracers = tracers.collect::<Result<Vec<_>, _>>();
     progress.finish();

@@ -76,7 +76,8 @@ impl Loaded {
         let embree = find_embree(config)?;
         stats.seconds.build = clock.lap();
         progress.start("load", 0);
-        let scene = scene::load(&config.scene, &scene::LoadOptions::default()).map_err(scene_failure);
+        let scene =
+            scene::load(&config.scene, &scene::LoadOptions::default(), progress).map_err(scene_failure);
         progress.finish();
         let scene = scene?;
         check_not_read(&config.outputs, &scene.files)?;
@@ -108,8 +109,8 @@ impl Loaded {
     /// Embree when it is demanded and not usable.
     pub(super) fn solve(self, config: &RunConfig, progress: &dyn Progress) -> Result<Solved, CliError> {
         let Loaded { scene, embree, mut stats, mut clock } = self;
+        let hierarchy = Hierarchy::build(&scene, config.solve.one_sided, progress);
         progress.start("build", 0);
-        let hierarchy = Hierarchy::build(&scene, config.solve.one_sided);
         let tracer = build_tracer(config, embree, &hierarchy, &mut stats);
         progress.finish();
         let tracer = tracer?;

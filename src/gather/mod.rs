@@ -8,5 +8,5 @@ mod neighbours;
 mod point;
 mod reconstruct;
 
-pub use point::{Gatherer, Irradiance};
+pub use point::{Gatherer, Irradiance, SAMPLES};
 pub use reconstruct::{Reconstruction, Spot};

@@ -253,7 +253,7 @@ mod tests {
 
     /// Elements compared, neighbours that hold a corner of the other, and leaf elements, over all sides of a book.
     fn work(pages: u32) -> [f64; 3] {
-        let hierarchy = Hierarchy::build(&book(pages), false);
+        let hierarchy = Hierarchy::build(&book(pages), false, &crate::progress::Silent);
         let options = SolveOptions {
             epsilon: 1e-3,
             contrast: 0.4,

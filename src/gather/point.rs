@@ -8,6 +8,10 @@ use crate::radiosity::Solution;
 use crate::tracer::{NO_FACET, Tracer};
 use glam::DVec3;
 
+/// Rays for a point, when nothing else is asked for: the edges of a shadow are then right to 1 % of the light
+/// that is there.
+pub const SAMPLES: u32 = 4096;
+
 /// A point this near to a facet lies on it, local length: the digits of a text file.
 const NEAR: f64 = 2e-5;
 

@@ -4,6 +4,7 @@
 
 use super::{Hierarchy, NodeKind, TOLERANCE};
 use crate::math::{Plane, Polygon};
+use crate::progress::Progress;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -30,10 +31,15 @@ pub struct Contacts {
 
 impl Contacts {
     /// Looks for what stands on the facets.
-    pub(super) fn of(hierarchy: &Hierarchy) -> Contacts {
+    pub(super) fn of(hierarchy: &Hierarchy, progress: &dyn Progress) -> Contacts {
+        progress.start("contacts", hierarchy.facets.len() as u64);
         let found: Vec<Vec<Contact>> = (0..hierarchy.facets.len() as u32)
             .into_par_iter()
-            .map(|facet| on_facet(hierarchy, facet))
+            .map(|facet| {
+                let contacts = on_facet(hierarchy, facet);
+                progress.advance(1);
+                contacts
+            })
             .collect();
         let mut all = Contacts { first: vec![0], contacts: Vec::new() };
         for contacts in found {

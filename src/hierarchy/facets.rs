@@ -3,12 +3,16 @@
 
 use super::TOLERANCE;
 use crate::math::{MAX_VERTICES, Plane, Polygon};
+use crate::progress::Progress;
 use crate::scene::Triangle;
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 
 /// Longest outline followed while merging; bounds the cost of merging finely tessellated planes.
 const MAX_OUTLINE: usize = 64;
+
+/// Edges between two reports of progress.
+const ADVANCE: usize = 4096;
 
 /// A convex planar polygon of one material.
 #[derive(Clone, Copy, Debug)]
@@ -40,20 +44,27 @@ pub(super) struct MergedFacet {
 }
 
 /// Merges greedily over shared edges, those inside an input polygon first.
-pub(super) fn merge(positions: &[Vec3], triangles: &[Triangle]) -> Vec<MergedFacet> {
+pub(super) fn merge(positions: &[Vec3], triangles: &[Triangle], progress: &dyn Progress) -> Vec<MergedFacet> {
     let welded = weld(positions);
     let mut outlines: Vec<Vec<u32>> =
         triangles.iter().map(|t| t.vertices.iter().map(|&v| welded[v as usize]).collect()).collect();
     let mut members: Vec<Vec<u32>> = (0..triangles.len() as u32).map(|t| vec![t]).collect();
     let mut owner: Vec<u32> = (0..triangles.len() as u32).collect();
 
-    for (a, b) in shared_edges(&outlines, triangles) {
+    let edges = shared_edges(&outlines, triangles);
+    progress.start("facets", edges.len() as u64);
+    for (index, (a, b)) in edges.into_iter().enumerate() {
+        if index % ADVANCE == ADVANCE - 1 {
+            progress.advance(ADVANCE as u64);
+        }
         let (a, b) = (find(&mut owner, a), find(&mut owner, b));
         if a == b {
             continue;
         }
         let Some(outline) = joined(&outlines[a as usize], &outlines[b as usize]) else { continue };
-        if !is_convex_and_planar(&outline, positions) {
+        let turned = [a, b].map(|t| area_vector(&outlines[t as usize], positions));
+        // Two that are folded onto each other face opposite ways.
+        if turned[0].dot(turned[1]) <= 0.0 || !is_convex_and_planar(&outline, positions) {
             continue;
         }
         let (keep, gone) = (a.min(b) as usize, a.max(b) as usize);
@@ -154,6 +165,13 @@ fn joined(a: &[u32], b: &[u32]) -> Option<Vec<u32>> {
     sorted.windows(2).all(|w| w[0] != w[1]).then_some(outline)
 }
 
+/// The area of a planar outline, along its normal.
+fn area_vector(outline: &[u32], positions: &[Vec3]) -> DVec3 {
+    let at = |i: usize| positions[outline[i % outline.len()] as usize].as_dvec3();
+    let start = at(0);
+    (1..outline.len() - 1).map(|i| 0.5 * (at(i) - start).cross(at(i + 1) - start)).sum()
+}
+
 /// The outline without vertices in the middle of a straight edge.
 fn corners_of(outline: &[u32], positions: &[Vec3]) -> Vec<u32> {
     let at = |i: usize| positions[outline[i % outline.len()] as usize].as_dvec3();
@@ -200,6 +218,7 @@ fn is_convex_and_planar(outline: &[u32], positions: &[Vec3]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::progress::Silent;
 
     fn grid(n: u32, height: impl Fn(u32, u32) -> f32) -> (Vec<Vec3>, Vec<Triangle>) {
         let positions = (0..=n)
@@ -232,7 +251,7 @@ mod tests {
     #[test]
     fn a_flat_grid_becomes_a_few_rectangles_of_the_same_area() {
         let (positions, triangles) = grid(6, |_, _| 0.25);
-        let facets = merge(&positions, &triangles);
+        let facets = merge(&positions, &triangles, &Silent);
         assert!(facets.len() <= 6, "{} facets", facets.len());
         assert!((area(&facets, &positions) - 1.0).abs() < 1e-6);
         let mut all: Vec<u32> = facets.iter().flat_map(|f| f.triangles.clone()).collect();
@@ -243,14 +262,14 @@ mod tests {
     #[test]
     fn a_bumpy_grid_keeps_its_triangles_apart() {
         let (positions, triangles) = grid(4, |x, y| (x as f32 * 1.7 + (y * y) as f32).sin() * 0.05);
-        assert_eq!(merge(&positions, &triangles).len(), 32);
+        assert_eq!(merge(&positions, &triangles, &Silent).len(), 32);
     }
 
     #[test]
     fn an_l_shape_is_not_merged_into_one() {
         let (positions, mut triangles) = grid(2, |_, _| 0.0);
         triangles.truncate(6);
-        let facets = merge(&positions, &triangles);
+        let facets = merge(&positions, &triangles, &Silent);
         assert_eq!(facets.len(), 2);
         assert!((area(&facets, &positions) - 0.75).abs() < 1e-6);
     }
@@ -259,9 +278,23 @@ mod tests {
     fn other_materials_and_turned_triangles_stay_apart() {
         let (positions, mut triangles) = grid(1, |_, _| 0.0);
         triangles[1].material = 1;
-        assert_eq!(merge(&positions, &triangles).len(), 2);
+        assert_eq!(merge(&positions, &triangles, &Silent).len(), 2);
         triangles[1].material = 0;
         triangles[1].vertices.swap(0, 1);
-        assert_eq!(merge(&positions, &triangles).len(), 2);
+        assert_eq!(merge(&positions, &triangles, &Silent).len(), 2);
+    }
+
+    /// Their common outline has no area, so it would pass for flat and convex.
+    #[test]
+    fn folded_triangles_stay_apart() {
+        let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
+        let positions = corners.map(|(x, y)| Vec3::new(x, y, 0.0)).to_vec();
+        let of = |vertices: [u32; 3]| Triangle { vertices, material: 0, patch: 0 };
+        // A quadrilateral that crosses itself.
+        assert_eq!(merge(&positions, &[of([0, 1, 3]), of([0, 3, 2])], &Silent).len(), 2);
+        // A square and its back, divided along the other diagonal.
+        let sheet = [of([0, 1, 2]), of([0, 2, 3]), of([0, 3, 1]), of([1, 3, 2])];
+        let facets = merge(&positions, &sheet, &Silent);
+        assert!(facets.len() == 2 && (area(&facets, &positions) - 2.0).abs() < 1e-6, "{}", facets.len());
     }
 }

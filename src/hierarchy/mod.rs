@@ -18,6 +18,7 @@ pub use mesh::{Interval, TraceMesh};
 pub use tree::{Node, NodeKind};
 
 use crate::math::{Aabb, Polygon};
+use crate::progress::Progress;
 use crate::scene::{Material, Scene};
 use glam::Vec3;
 
@@ -51,10 +52,10 @@ impl Hierarchy {
     /// Merges, sorts and numbers the triangles of a scene.
     ///
     /// With `one_sided`, backs neither reflect nor receive light; they still block it.
-    pub fn build(scene: &Scene, one_sided: bool) -> Hierarchy {
+    pub fn build(scene: &Scene, one_sided: bool, progress: &dyn Progress) -> Hierarchy {
         let frame = Frame::around(&scene.positions);
         let positions: Vec<Vec3> = scene.positions.iter().map(|&p| frame.local_from_scene(p)).collect();
-        let merged = facets::merge(&positions, &scene.triangles);
+        let merged = facets::merge(&positions, &scene.triangles, progress);
         let boxes: Vec<Aabb> = merged
             .iter()
             .map(|facet| {
@@ -100,7 +101,7 @@ impl Hierarchy {
             leaf_of_facet,
         };
         hierarchy.measure_nodes();
-        hierarchy.contacts = Contacts::of(&hierarchy);
+        hierarchy.contacts = Contacts::of(&hierarchy, progress);
         hierarchy
     }
 

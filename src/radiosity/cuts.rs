@@ -112,17 +112,20 @@ fn parted(polygon: &Polygon, plane: &Plane) -> Option<[Polygon; 2]> {
 /// A polygon without the corners that do not show: where a cut passes through a corner there are two that
 /// differ by rounding, and their halves would have no area. `None` when nothing else is left.
 fn tidied(polygon: &Polygon) -> Option<Polygon> {
-    let mut corners = polygon.vertices().to_vec();
+    let mut room = [DVec3::ZERO; MAX_VERTICES];
+    let mut count = polygon.vertices().len();
+    room[..count].copy_from_slice(polygon.vertices());
     let hides = |corners: &[DVec3], i: usize| {
         let n = corners.len();
         let (before, here, after) = (corners[(i + n - 1) % n], corners[i], corners[(i + 1) % n]);
         let along = (after - before).normalize_or_zero();
         here.distance(before) < TOLERANCE || (here - before).reject_from(along).length() < 0.1 * TOLERANCE
     };
-    while let Some(i) = (0..corners.len()).find(|&i| corners.len() > 2 && hides(&corners, i)) {
-        corners.remove(i);
+    while let Some(i) = (0..count).find(|&i| count > 2 && hides(&room[..count], i)) {
+        room.copy_within(i + 1..count, i);
+        count -= 1;
     }
-    (corners.len() > 2).then(|| Polygon::new(&corners))
+    (count > 2).then(|| Polygon::new(&room[..count]))
 }
 
 #[cfg(test)]

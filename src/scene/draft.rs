@@ -12,6 +12,7 @@ use super::mtl::{self, MtlMaterial};
 use super::obj::{self, ObjMesh};
 use super::triangulate::Triangulator;
 use super::{ImportCounts, Triangle};
+use crate::progress::Progress;
 
 /// Reflectance of everything that no file gives one.
 pub(super) const DEFAULT_GREY: f64 = 0.5;
@@ -76,8 +77,8 @@ impl Draft {
     }
 
     /// Adds an OBJ file and its material libraries.
-    pub(super) fn add_obj(&mut self, path: &Path) -> Result<(), SceneError> {
-        let mesh = obj::read(path)?;
+    pub(super) fn add_obj(&mut self, path: &Path, progress: &dyn Progress) -> Result<(), SceneError> {
+        let mesh = obj::read(path, progress)?;
         self.files.push(path.to_path_buf());
         let library = self.read_libraries(path, &mesh)?;
         self.remark(path, &mesh);

@@ -5,6 +5,7 @@ use std::path::Path;
 use super::draft::Draft;
 use super::error::{SceneError, quoted};
 use super::{Rectangle, Scene, camera, description, validate};
+use crate::progress::Progress;
 
 /// How to load a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,23 +32,23 @@ impl Default for LoadOptions {
 /// # let folder = tempfile::tempdir()?;
 /// let path = folder.path().join("lamp.toml");
 /// std::fs::write(&path, "[[quad]]\ncorners = [[0,2,0],[0,2,1],[1,2,1],[1,2,0]]\nradiance = [1,1,1]")?;
-/// let scene = lightshaft::scene::load(&path, &Default::default()).unwrap();
+/// let scene = lightshaft::scene::load(&path, &Default::default(), &lightshaft::progress::Silent).unwrap();
 /// assert_eq!(scene.triangles.len(), 2);
 /// # Ok::<(), std::io::Error>(())
 /// ```
-pub fn load(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
+pub fn load(path: &Path, options: &LoadOptions, progress: &dyn Progress) -> Result<Scene, SceneError> {
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
     let mut draft = Draft::new(path);
     let mut cameras = Vec::new();
     let mut rectangles = Vec::new();
     let mut meters_per_unit = 1.0;
     match extension.as_str() {
-        "obj" => draft.add_obj(path)?,
+        "obj" => draft.add_obj(path, progress)?,
         "toml" => {
             let description = description::read(path)?;
             draft.warnings.extend(description.warnings);
             for (mesh, line) in &description.meshes {
-                draft.add_obj(mesh).map_err(|error| named_by(error, path, mesh, *line))?;
+                draft.add_obj(mesh, progress).map_err(|error| named_by(error, path, mesh, *line))?;
             }
             for quad in &description.quads {
                 draft.add_quad(quad);

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::error::SceneError;
 use super::statements::{Remarks, Statements};
+use crate::progress::Progress;
 
 /// The polygons of one file; see [`ObjMesh::slot_of`] for their materials.
 pub(super) struct ObjMesh {
@@ -25,8 +26,8 @@ impl ObjMesh {
 ///
 /// # Errors
 /// [`SceneError::Io`] and [`SceneError::Parse`], with the line.
-pub(super) fn read(path: &Path) -> Result<ObjMesh, SceneError> {
-    let mut statements = Statements::open(path)?;
+pub(super) fn read(path: &Path, progress: &dyn Progress) -> Result<ObjMesh, SceneError> {
+    let mut statements = Statements::open(path, progress)?;
     let options = tobj::LoadOptions {
         triangulate: false,
         single_index: false,

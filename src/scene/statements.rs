@@ -11,11 +11,14 @@ use std::path::{Path, PathBuf};
 
 use super::error::{SceneError, quoted};
 use super::lines::Lines;
+use crate::progress::Progress;
 
 /// Largest coordinate: its square, as an area, still fits single precision.
 pub(super) const LARGEST_COORDINATE: f64 = 1e18;
 /// Largest reflectance or radiance in a file: powers made of it still fit single precision.
 pub(super) const LARGEST_COLOUR: f64 = 1e30;
+/// Bytes between two reports of progress.
+const ADVANCE: u64 = 1 << 20;
 /// Most corners of one polygon.
 const MOST_CORNERS: usize = 65_535;
 
@@ -42,9 +45,10 @@ enum Pass {
 }
 
 /// A reader that yields the plain form of an OBJ file.
-pub(super) struct Statements {
+pub(super) struct Statements<'a> {
     file: PathBuf,
     lines: Lines,
+    progress: &'a dyn Progress,
     pass: Pass,
     vertices: u64,
     vertices_before: u64,
@@ -56,12 +60,16 @@ pub(super) struct Statements {
     taken: usize,
 }
 
-impl Statements {
+impl<'a> Statements<'a> {
     /// Opens the file; see [`Lines::open`] for the errors.
-    pub(super) fn open(path: &Path) -> Result<Self, SceneError> {
+    pub(super) fn open(path: &Path, progress: &'a dyn Progress) -> Result<Self, SceneError> {
+        let lines = Lines::open(path)?;
+        // It is read twice.
+        progress.start("load", 2 * std::fs::metadata(path).map_or(0, |about| about.len()));
         Ok(Self {
             file: path.to_path_buf(),
-            lines: Lines::open(path)?,
+            lines,
+            progress,
             pass: Pass::Vertices,
             vertices: 0,
             vertices_before: 0,
@@ -86,6 +94,7 @@ impl Statements {
     fn advance(&mut self) -> Result<(), SceneError> {
         self.plain.clear();
         self.taken = 0;
+        let mut read = 0;
         while self.plain.len() < 1 << 16 && self.pass != Pass::Done {
             let Some((line, text)) = self.lines.next_line()? else {
                 self.pass = match self.pass {
@@ -97,6 +106,10 @@ impl Statements {
                 };
                 continue;
             };
+            read += text.len() as u64 + 1;
+            if read > ADVANCE {
+                self.progress.advance(std::mem::take(&mut read));
+            }
             let text = text.trim_ascii();
             let end = text.iter().position(|byte| byte.is_ascii_whitespace()).unwrap_or(text.len());
             let (keyword, rest) = text.split_at(end);
@@ -132,6 +145,7 @@ impl Statements {
                 }
             }
         }
+        self.progress.advance(read);
         Ok(())
     }
 
@@ -152,7 +166,7 @@ impl Statements {
     }
 }
 
-impl Read for Statements {
+impl Read for Statements<'_> {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
         let count = self.fill_buf()?.read(into)?;
         self.consume(count);
@@ -160,7 +174,7 @@ impl Read for Statements {
     }
 }
 
-impl BufRead for Statements {
+impl BufRead for Statements<'_> {
     fn fill_buf(&mut self) -> io::Result<&[u8]> {
         if self.taken == self.plain.len()
             && let Err(error) = self.advance()

@@ -72,8 +72,31 @@ pub struct FilterAudit {
     pub rejects: u64,
     /// Hits on facets that are neither skipped nor candidates.
     pub outsiders: u64,
-    /// One of those facets, for the caller to check; meaningless when `outsiders` is 0.
-    pub outsider: u32,
+    /// Those facets, for the caller to check.
+    pub named: Outsiders,
+}
+
+/// Some facets, each once: the first ones that were seen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Outsiders {
+    facets: [u32; PACKET],
+    count: usize,
+}
+
+impl Outsiders {
+    /// The facets.
+    pub fn facets(&self) -> &[u32] {
+        self.facets.get(..self.count).unwrap_or_default()
+    }
+
+    fn name(&mut self, facet: u32) {
+        if !self.facets().contains(&facet)
+            && let Some(free) = self.facets.get_mut(self.count)
+        {
+            *free = facet;
+            self.count += 1;
+        }
+    }
 }
 
 impl FilterAudit {
@@ -87,11 +110,15 @@ impl FilterAudit {
         }
         if !candidates.contains(facet) {
             self.rejects += 1;
-            self.outsiders += 1;
-            self.outsider = facet;
+            self.note_outsider(facet);
             return false;
         }
         true
+    }
+
+    fn note_outsider(&mut self, facet: u32) {
+        self.outsiders += 1;
+        self.named.name(facet);
     }
 }
 

@@ -23,9 +23,9 @@ pub struct VisibilityCounters {
     pub filter_calls: u64,
     /// Hits the filter rejected.
     pub filter_rejects: u64,
-    /// Rejected hits on facets that only touch the border of the shaft.
+    /// Other rejected hits: on facets that only touch the border of the shaft.
     pub border_hits: u64,
-    /// Rejected hits on facets that are inside the shaft and should have been candidates.
+    /// Facets of a pair that rays hit, that are inside the shaft and should have been candidates.
     pub culling_anomalies: u64,
     /// Shafts that were not empty.
     pub filled_shafts: u64,

@@ -163,11 +163,12 @@ impl Tester<'_> {
             };
             // Tolerance was spent once by the cull and once by rounding the ray.
             let margin = 2.0 * crate::hierarchy::TOLERANCE;
-            if shaft.holds_part_of(self.hierarchy.polygon(audit.outsider).vertices(), margin) {
-                counters.culling_anomalies += audit.outsiders;
-            } else {
-                counters.border_hits += audit.outsiders;
-            }
+            let is_inside =
+                |facet: u32| shaft.holds_part_of(self.hierarchy.polygon(facet).vertices(), margin);
+            let outsiders = audit.named.facets().iter();
+            let anomalies = outsiders.filter(|&&facet| is_inside(facet)).count() as u64;
+            counters.culling_anomalies += anomalies;
+            counters.border_hits += audit.outsiders.saturating_sub(anomalies);
         }
         met
     }
@@ -208,8 +209,6 @@ impl Tester<'_> {
             let others = Candidates::Only(&others);
             self.tracer_for_rays().blockers(&[*segment], others, &mut blocker, &mut audit);
             worker.counters.rays_cast += 1;
-            worker.counters.filter_calls += audit.calls;
-            worker.counters.filter_rejects += audit.rejects;
             match found.binary_search(&blocker[0]) {
                 Err(at) if blocker[0] != NO_FACET => found.insert(at, blocker[0]),
                 _ => return found,

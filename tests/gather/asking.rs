@@ -1,15 +1,13 @@
 //! The one place where this suite asks for light at points.
 
 use glam::DVec3;
+pub(crate) use lightshaft::gather::SAMPLES;
 use lightshaft::gather::{Gatherer, Irradiance};
 use lightshaft::radiosity::SolveOptions;
 use lightshaft::tracer::Tracer;
 
 use crate::embree_or_skip::embree;
 use crate::solving::Case;
-
-/// Rays for a point where a test does not say otherwise: what `probe` takes by default.
-pub(crate) const SAMPLES: u32 = 4096;
 
 /// A point and the unit normal of the surface there, scene coordinates.
 pub(crate) type Point = (DVec3, DVec3);

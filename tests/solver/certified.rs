@@ -53,6 +53,7 @@ fn attack_links(case: &Case, solution: &Solution, chosen: impl Fn(&Link) -> bool
 
 #[test]
 fn links_certified_visible_are_never_blocked() {
+    let mut by_adaptive = 0;
     for name in OWN_SCENES {
         let case = Case::load(name);
         for strategy in [Strategy::Shaft, Strategy::Adaptive] {
@@ -62,8 +63,10 @@ fn links_certified_visible_are_never_blocked() {
             assert_eq!(found.refuted, 0, "{name} {}: {found:?}", strategy.name());
             assert!(found.against <= found.segments / 10_000, "{name} {}: {found:?}", strategy.name());
             assert!(strategy == Strategy::Adaptive || links > 100, "{name}: {links} proofs");
+            by_adaptive += if strategy == Strategy::Adaptive { links } else { 0 };
         }
     }
+    assert!(by_adaptive > 100, "{by_adaptive} proofs that the light needed");
 }
 
 /// What random pairs were proved to be, and what segments said: visible, then invisible.
@@ -128,6 +131,87 @@ fn pairs_proved_visible_or_invisible_are() {
             assert!(tried.against <= tried.segments / 10_000, "{name}: {found:?}");
         }
     }
+}
+
+/// A side of some facet below a node.
+fn leaf_below(hierarchy: &Hierarchy, node: u32, numbers: &mut Numbers) -> Leaf {
+    let node = &hierarchy.nodes[node as usize];
+    let facet = node.first + numbers.below((node.end - node.first) as usize) as u32;
+    let (polygon, plane) = (hierarchy.polygon(facet), hierarchy.facets[facet as usize].plane);
+    match numbers.below(2) {
+        0 => Leaf { polygon, plane, facet },
+        _ => Leaf { polygon: polygon.flipped(), plane: plane.flipped(), facet },
+    }
+}
+
+/// As [`prove`], with a cluster at one end and a cluster or an element at the other: what is proved of the whole
+/// holds for all facets in it.
+fn prove_clusters(case: &Case, judge: &BruteTracer, pairs: usize) -> Proofs {
+    let (hierarchy, tracer) = (&case.hierarchy, case.fallback());
+    let solution = case.solve(&tracer, &options(Strategy::Shaft));
+    let elements = elements(hierarchy, &solution.forest);
+    let clusters: Vec<u32> =
+        (0..hierarchy.nodes.len() as u32).filter(|&n| !hierarchy.nodes[n as usize].is_leaf()).collect();
+    let visibility = VisibilityOptions { strategy: Strategy::Shaft, rays: 4, certify: false };
+    let tester = Tester::new(hierarchy, &tracer, visibility);
+    let (root, mut worker, mut numbers) = (CandidateSet::root(), Worker::default(), Numbers(41));
+    let mut found = Proofs::default();
+    for index in 0..pairs {
+        let receiver = clusters[numbers.below(clusters.len())];
+        let (other, element) = (clusters[numbers.below(clusters.len())], numbers.below(elements.len()));
+        let element = leaf_of(&elements[element]);
+        let source = if index % 2 == 0 {
+            NodeEnd::Cluster(other)
+        } else {
+            NodeEnd::Element { polygon: &element.polygon, plane: element.plane, facet: element.facet }
+        };
+        let pair = Pair {
+            receiver: &NodeEnd::Cluster(receiver),
+            source: &source,
+            seed: 7,
+            inherited: Inheritance { candidates: &root, blocker: NO_FACET },
+            subdivided: true,
+            importance: 1.0,
+            prominence: 1.0,
+            brightness: None,
+        };
+        let (verdict, narrowed) = tester.classify(&mut worker, &pair);
+        narrowed.into_iter().for_each(|set| worker.recycle(set));
+        if !verdict.certified {
+            continue;
+        }
+        let is_blocked = verdict.class == Class::Invisible;
+        found.proved[usize::from(is_blocked)] += 1;
+        for _ in 0..8 {
+            let from = leaf_below(hierarchy, receiver, &mut numbers);
+            let to = if index % 2 == 0 {
+                leaf_below(hierarchy, other, &mut numbers)
+            } else {
+                Leaf { polygon: element.polygon, plane: element.plane, facet: element.facet }
+            };
+            if from.facet != to.facet && from.faces(&to) {
+                found.tried[usize::from(is_blocked)] +=
+                    attack(judge, &from, &to, is_blocked, 50, &mut numbers);
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn clusters_proved_visible_or_invisible_are() {
+    let mut all = [0; 2];
+    for name in OWN_SCENES {
+        let case = Case::load(name);
+        let found = prove_clusters(&case, &BruteTracer::new(&case.hierarchy.mesh), 20_000);
+        println!("{name}: {found:?}");
+        for (sum, (proved, tried)) in all.iter_mut().zip(found.proved.iter().zip(found.tried)) {
+            *sum += proved;
+            assert_eq!(tried.refuted, 0, "{name}: {found:?}");
+            assert!(tried.against <= tried.segments / 10_000, "{name}: {found:?}");
+        }
+    }
+    assert!(all.iter().all(|&count| count > 100), "{all:?} proofs");
 }
 
 /// The check itself: where the boxes of the scene are no candidates of any shaft, pairs are proved visible

@@ -26,12 +26,12 @@ impl Case {
     /// One of [`OWN_SCENES`].
     pub(crate) fn load(name: &str) -> Case {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name).join("scene.toml");
-        let scene = scene::load(&path, &Default::default()).expect("a scene of the project loads");
+        let scene = scene::load(&path, &Default::default(), &Silent).expect("a scene of the project loads");
         Case::of(scene, false)
     }
 
     pub(crate) fn of(scene: Scene, one_sided: bool) -> Case {
-        let hierarchy = Hierarchy::build(&scene, one_sided);
+        let hierarchy = Hierarchy::build(&scene, one_sided, &Silent);
         hierarchy.validate().expect("the hierarchy keeps its rules");
         Case { scene, hierarchy }
     }

@@ -3,6 +3,7 @@
 
 use glam::DVec3;
 use lightshaft::hierarchy::{Hierarchy, TOLERANCE};
+use lightshaft::progress::Silent;
 use lightshaft::scene::{Camera, ImportCounts, Material, Scene, Triangle};
 use lightshaft::tracer::{BruteTracer, Candidates, NO_FACET, Segment, TraceMesh};
 
@@ -45,8 +46,8 @@ fn scene(mesh: &TraceMesh, shift: DVec3) -> Scene {
 fn a_scene_far_from_the_origin_is_traced_like_one_at_it() {
     let mesh = soup(300, 21);
     let shift = DVec3::new(1e6 + 1.0 / 3.0, -2e6, 5e5 / 3.0);
-    let near = Hierarchy::build(&scene(&mesh, DVec3::ZERO), false);
-    let far = Hierarchy::build(&scene(&mesh, shift), false);
+    let near = Hierarchy::build(&scene(&mesh, DVec3::ZERO), false, &Silent);
+    let far = Hierarchy::build(&scene(&mesh, shift), false, &Silent);
     let (near_judge, far_judge) = (BruteTracer::new(&near.mesh), BruteTracer::new(&far.mesh));
     let (mut differing, mut farthest, mut all) = (0, 0.0f64, 0);
     for (index, family) in FAMILIES.into_iter().enumerate() {

@@ -1,12 +1,13 @@
 use glam::DVec3;
 
 use super::*;
+use crate::progress::Silent;
 use crate::scene::{LoadOptions, Scene, load};
 
 fn office(floors: u32, rooms: u32, seed: u64) -> (tempfile::TempDir, OfficeSummary, Scene) {
     let folder = tempfile::tempdir().unwrap();
     let summary = generate_office(&OfficeOptions { floors, rooms, seed }, folder.path()).unwrap();
-    let scene = load(&summary.scene, &LoadOptions::default()).unwrap();
+    let scene = load(&summary.scene, &LoadOptions::default(), &Silent).unwrap();
     (folder, summary, scene)
 }
 

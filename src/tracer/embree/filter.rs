@@ -52,7 +52,7 @@ impl<'a> FilterContext<'a> {
     /// Whether the hit of ray `id` on `triangle` at `t` blocks; a blocker is recorded. Total: any
     /// number gives an answer.
     fn accepts(&mut self, id: u32, triangle: u32, t: f32) -> bool {
-        self.audit.calls = self.audit.calls.wrapping_add(1);
+        self.audit.calls += 1;
         let skip = self.skip.get(id as usize);
         let facet = self.facet_of_triangle.get(triangle as usize);
         if let (Some(skip), Some(&facet)) = (skip, facet)
@@ -66,10 +66,9 @@ impl<'a> FilterContext<'a> {
                 }
                 return true;
             }
-            self.audit.outsiders = self.audit.outsiders.wrapping_add(1);
-            self.audit.outsider = facet;
+            self.audit.note_outsider(facet);
         }
-        self.audit.rejects = self.audit.rejects.wrapping_add(1);
+        self.audit.rejects += 1;
         false
     }
 }
@@ -127,7 +126,7 @@ mod tests {
         for t in [f32::NAN, f32::INFINITY, -1.0, 0.0, ENDPOINT_EPSILON, 1.0 - ENDPOINT_EPSILON, 1.0] {
             assert!(!context.accepts(0, 1, t), "an end point or nonsense at {t} must not block");
         }
-        assert_eq!(context.audit, FilterAudit { calls: 11, rejects: 11, outsiders: 0, outsider: 0 });
+        assert_eq!(context.audit, FilterAudit { calls: 11, rejects: 11, ..FilterAudit::default() });
         assert_eq!(context.blockers, [NO_FACET; PACKET]);
     }
 }

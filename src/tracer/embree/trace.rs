@@ -157,9 +157,7 @@ fn add(audit: &mut FilterAudit, packet: &FilterAudit) {
     audit.calls += packet.calls;
     audit.rejects += packet.rejects;
     audit.outsiders += packet.outsiders;
-    if packet.outsiders > 0 {
-        audit.outsider = packet.outsider;
-    }
+    packet.named.facets().iter().for_each(|&facet| audit.named.name(facet));
 }
 
 fn check_facets(mesh: &TraceMesh) -> Result<(), EmbreeError> {
