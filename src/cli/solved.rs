@@ -293,6 +293,7 @@ fn visibility_stats(counters: &VisibilityCounters) -> VisibilityStats {
         nodes_tested: counters.nodes_tested,
         empty_shafts: counters.empty_shafts,
         single_blockers: counters.single_blockers,
+        fused_blockers: counters.fused_blockers,
         rays_cast: counters.rays_cast,
         rays_avoided: counters.rays_avoided,
         filter_calls: counters.filter_calls,

@@ -86,6 +86,8 @@ pub struct VisibilityStats {
     pub empty_shafts: u64,
     /// Pairs one occluder blocks: certified invisible.
     pub single_blockers: u64,
+    /// Pairs found blocked by several facets in one plane together.
+    pub fused_blockers: u64,
     /// Rays cast.
     pub rays_cast: u64,
     /// Rays that the configured number per pair would have cast in addition.

@@ -37,6 +37,7 @@ const WORK_ROWS: &[Row] = &[
     ("shafts built", |s| count(s.visibility.shafts_built)),
     ("- empty", |s| share(s.visibility.empty_shafts, s.visibility.shafts_built)),
     ("single blockers", |s| count(s.visibility.single_blockers)),
+    ("fused blockers", |s| count(s.visibility.fused_blockers)),
     ("rays cast", |s| count(s.visibility.rays_cast)),
     ("rays avoided", |s| count(s.visibility.rays_avoided)),
     ("culling anomalies", |s| count(s.visibility.culling_anomalies)),

@@ -11,7 +11,7 @@ use glam::DVec3;
 
 /// Crossings nearer than this to an end of a segment, relative to its length, do not block: rays
 /// leave out a little less at both ends, so that a proof never contradicts them.
-const END_MARGIN: f64 = 2e-4;
+pub(super) const END_MARGIN: f64 = 2e-4;
 
 /// Whether the facet blocks every segment from a corner of the receiver to a corner of the source.
 pub fn blocks_all(facet: &Polygon, plane: &Plane, receiver: &[DVec3], source: &[DVec3]) -> bool {

@@ -4,9 +4,11 @@
 mod blocker;
 mod build;
 mod cull;
+mod fusion;
 #[cfg(test)]
 mod planted;
 
 pub use blocker::blocks_all;
 pub use build::{End, Shaft};
 pub use cull::{Culled, Placement, intervals_of};
+pub use fusion::blocks_together;

@@ -15,6 +15,8 @@ pub struct VisibilityCounters {
     pub empty_shafts: u64,
     /// Pairs proved blocked by one facet.
     pub single_blockers: u64,
+    /// Pairs proved blocked by several facets in one plane.
+    pub fused_blockers: u64,
     /// Rays cast.
     pub rays_cast: u64,
     /// Rays not cast because something else decided.
@@ -42,6 +44,7 @@ impl AddAssign for VisibilityCounters {
         self.nodes_tested += o.nodes_tested;
         self.empty_shafts += o.empty_shafts;
         self.single_blockers += o.single_blockers;
+        self.fused_blockers += o.fused_blockers;
         self.rays_cast += o.rays_cast;
         self.rays_avoided += o.rays_avoided;
         self.filter_calls += o.filter_calls;

@@ -176,7 +176,7 @@ impl Tester<'_> {
     /// Some of the facets the last packet of rays met first, the receiver's side first. Which of several
     /// blockers [`Tracer::blockers`](crate::tracer::Tracer::blockers) names is up to the tracer; these are
     /// not.
-    pub(super) fn first_blockers(&self, worker: &mut Worker) -> impl Iterator<Item = u32> + use<> {
+    pub(super) fn first_blockers(&self, worker: &mut Worker) -> impl Iterator<Item = u32> + Clone + use<> {
         let mut rays = [Ray { origin: glam::Vec3::ZERO, direction: glam::Vec3::ONE }; PACKET];
         for (ray, segment) in rays.iter_mut().zip(&worker.segments) {
             let direction = segment.to - segment.from;

@@ -3,7 +3,7 @@
 use super::rays::{RayCount, Sighting};
 use super::{NodeEnd, Strategy, VisibilityCounters, VisibilityOptions};
 use crate::hierarchy::{Hierarchy, Interval};
-use crate::shaft::{Shaft, blocks_all, intervals_of};
+use crate::shaft::{Shaft, blocks_all, blocks_together, intervals_of};
 use crate::tracer::{BruteTracer, Candidates, NO_FACET, Segment, Tracer};
 use glam::DVec3;
 use std::time::Instant;
@@ -234,8 +234,8 @@ impl<'a> Tester<'a> {
         }
         match verdict.class {
             Class::Invisible => {
-                let mut met_first = self.first_blockers(worker).peekable();
-                verdict.blocker = met_first.peek().copied().unwrap_or(NO_FACET);
+                let met_first = self.first_blockers(worker);
+                verdict.blocker = met_first.clone().next().unwrap_or(NO_FACET);
                 match self.single_blocker(worker, pair, met_first) {
                     Some(blocker) => (Verdict::proved(Class::Invisible, blocker), None),
                     None => (verdict, None),
@@ -328,21 +328,28 @@ impl<'a> Tester<'a> {
         (shaft, set)
     }
 
-    /// The first of `facets` that alone blocks the pair.
+    /// The first of `facets` that blocks the pair, alone or together with what lies in its plane.
     fn single_blocker(
         &self,
         worker: &mut Worker,
         pair: &Pair<'_>,
-        mut facets: impl Iterator<Item = u32>,
+        facets: impl Iterator<Item = u32> + Clone,
     ) -> Option<u32> {
         let (mut a, mut b) = ([DVec3::ZERO; 8], [DVec3::ZERO; 8]);
         let a_count = pair.receiver.shaft_end(self.hierarchy).corners(&mut a);
         let b_count = pair.source.shaft_end(self.hierarchy).corners(&mut b);
-        let blocker = facets.find(|&facet| {
-            let plane = &self.hierarchy.facets[facet as usize].plane;
-            blocks_all(&self.hierarchy.polygon(facet), plane, &a[..a_count], &b[..b_count])
-        })?;
-        worker.counters.single_blockers += 1;
+        let (a, b) = (&a[..a_count], &b[..b_count]);
+        let alone = |facet: &u32| {
+            let plane = &self.hierarchy.facets[*facet as usize].plane;
+            blocks_all(&self.hierarchy.polygon(*facet), plane, a, b)
+        };
+        let blocker = facets.clone().find(alone);
+        if let Some(blocker) = blocker {
+            worker.counters.single_blockers += 1;
+            return Some(blocker);
+        }
+        let blocker = facets.clone().find(|&facet| blocks_together(self.hierarchy, facet, a, b))?;
+        worker.counters.fused_blockers += 1;
         Some(blocker)
     }
 }

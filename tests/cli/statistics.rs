@@ -43,6 +43,7 @@ const FIELDS: [(&str, &[&str]); 7] = [
             "nodes_tested",
             "empty_shafts",
             "single_blockers",
+            "fused_blockers",
             "rays_cast",
             "rays_avoided",
             "filter_calls",
