@@ -115,6 +115,9 @@ pub(super) fn compared(found: &[Irradiance], reference: &[Reference]) -> Compari
 
 fn described(comparison: &Comparison) -> String {
     let line = |name: &str, d: &Deviation| {
+        if !d.is_defined() {
+            return format!("{name:<7} error      - : the reference has no such light\n");
+        }
         format!(
             "{name:<7} error {:6.2} % root mean square, {:+.2} % mean, {:.2} % at point {}\n",
             100.0 * d.rms,
