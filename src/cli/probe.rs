@@ -74,9 +74,8 @@ pub(super) fn probe_all(
     progress.start("probe", points.len() as u64);
     let found = points
         .par_iter()
-        .enumerate()
-        .map(|(index, point)| {
-            let irradiance = gatherer.irradiance(point.position, point.normal, index as u64);
+        .map(|point| {
+            let irradiance = gatherer.irradiance(point.position, point.normal);
             progress.advance(1);
             irradiance
         })
