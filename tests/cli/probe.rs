@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::run::{Folder, MESH, Run};
+use crate::run::{Folder, MESH, Run, SCENE};
 
 /// What a row of the CSV holds in which column.
 const HEADER: &str = "x,y,z,nx,ny,nz,total_r,total_g,total_b,direct_r,direct_g,direct_b";
@@ -230,6 +230,20 @@ fn grids_that_cannot_be_are_code_2() {
     ] {
         probe(&folder, options).expect_error(2, parts);
     }
+}
+
+#[test]
+fn rectangles_are_found_by_name_before_a_name_is_read_as_a_number() {
+    let folder = Folder::with_scene();
+    for name in ["0.5", "nan"] {
+        folder.write("scene.toml", SCENE.replace("\"lamp\"", &format!("{name:?}")));
+        let found = rows_of(&probe(&folder, &["--grid", name, "--spacing", "0.6"]));
+        assert_eq!(found.len(), 1, "{name}");
+        assert!(found[0][..3] == [0.0, 2.0, 0.0] && found[0][4] < -0.99, "{name}: {found:?}");
+    }
+    let second = SCENE.split("[[quad]]").nth(1).expect("the lamp").replace("2, ", "1.9, ");
+    folder.write("scene.toml", format!("{SCENE}\n[[quad]]{second}"));
+    probe(&folder, &["--grid", "lamp"]).expect_error(2, &["2 rectangles are named 'lamp'", "own name"]);
 }
 
 const REFERENCE: &str = "total_r,total_g,total_b,direct_r,direct_g,direct_b,\
