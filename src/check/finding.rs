@@ -23,6 +23,9 @@ pub enum Verdict {
     Rough,
     /// Beyond the limit.
     Failed,
+    /// There was nothing to look at.
+    #[serde(rename = "not looked at")]
+    NotLookedAt,
 }
 
 /// One thing that was measured.
@@ -60,9 +63,12 @@ impl Finding {
         Finding { group, name, unit, value, limit, verdict, looked_at, detail }
     }
 
-    /// With the number of things that were looked at.
+    /// With the number of things that were looked at; of none nothing passes.
     pub(super) fn of(mut self, looked_at: u64) -> Finding {
         self.looked_at = looked_at;
+        if looked_at == 0 && self.verdict == Verdict::Passed {
+            self.verdict = Verdict::NotLookedAt;
+        }
         self
     }
 
@@ -93,5 +99,18 @@ mod tests {
         assert_eq!(finding(0.2).unless_rough(&Limits::DRAFT).verdict, Verdict::Rough);
         assert_eq!(finding(0.2).unless_rough(&Limits::NORMAL).verdict, Verdict::Failed);
         assert_eq!(finding(f64::NAN).unless_rough(&Limits::DRAFT).verdict, Verdict::Failed);
+    }
+
+    #[test]
+    fn what_looked_at_nothing_does_not_pass() {
+        let finding = |value, count| Finding::share("light", "a", value, 0.1).of(count).verdict;
+        assert_eq!(finding(0.0, 0), Verdict::NotLookedAt);
+        assert_eq!(finding(0.0, 1), Verdict::Passed);
+        assert_eq!(finding(f64::NAN, 0), Verdict::Failed);
+        assert_eq!(
+            Finding::none("light", "a", 0).of(0).unless_rough(&Limits::DRAFT).verdict,
+            Verdict::NotLookedAt
+        );
+        assert_eq!(serde_json::to_value(Verdict::NotLookedAt).expect("JSON"), "not looked at");
     }
 }

@@ -9,7 +9,6 @@ use super::args::{
 use super::errors::CliError;
 use crate::image::tone::Exposure;
 use crate::image::write::PictureFormat;
-use crate::probe::Grid;
 
 /// Everything that is needed to solve a scene, whatever is then done with the solution.
 #[derive(Clone, Debug)]
@@ -53,8 +52,8 @@ pub(super) struct ProbeConfig {
 pub(super) enum Places {
     /// Those of a file.
     File(PathBuf),
-    /// A grid with this spacing.
-    Grid(Grid, Option<f64>),
+    /// A grid with this spacing, over a rectangle with this name or at this height.
+    Grid(String, Option<f64>),
 }
 
 /// Everything a convergence run needs to know.
@@ -267,14 +266,7 @@ impl ProbeConfig {
                 return usage("--spacing is for --grid, and has no use with --points");
             }
             (Some(file), _) => Places::File(file),
-            (None, Some(grid)) => {
-                let grid = match grid.trim().parse::<f64>() {
-                    Ok(height) if height.is_finite() => Grid::Height(height),
-                    Ok(_) => return usage("the height of a grid must be a finite number"),
-                    Err(_) => Grid::Rectangle(grid),
-                };
-                Places::Grid(grid, typed.spacing)
-            }
+            (None, Some(grid)) => Places::Grid(grid, typed.spacing),
             (None, None) => return usage("give --points FILE or --grid NAME|HEIGHT"),
         };
         Ok(Self {

@@ -11,8 +11,8 @@ use super::solved::{Loaded, Solved, in_pool};
 use crate::gather::{Gatherer, Irradiance};
 use crate::image::write::{FillError, check_destination, write_atomically};
 use crate::probe::{
-    Answer, Comparison, Deviation, ProbeError, ProbePoint, ProbeRun, Reference, grid_points, read_points,
-    read_reference, write_csv,
+    Answer, Comparison, Deviation, Grid, ProbeError, ProbePoint, ProbeRun, Reference, grid_points,
+    read_points, read_reference, write_csv,
 };
 use crate::progress::Progress;
 use crate::report::{json, memory};
@@ -74,9 +74,8 @@ pub(super) fn probe_all(
     progress.start("probe", points.len() as u64);
     let found = points
         .par_iter()
-        .enumerate()
-        .map(|(index, point)| {
-            let irradiance = gatherer.irradiance(point.position, point.normal, index as u64);
+        .map(|point| {
+            let irradiance = gatherer.irradiance(point.position, point.normal);
             progress.advance(1);
             irradiance
         })
@@ -89,9 +88,9 @@ pub(super) fn probe_all(
 fn points_of(config: &ProbeConfig, scene: &Scene) -> Result<Vec<ProbePoint>, CliError> {
     match &config.places {
         Places::File(path) => read_points(path).map_err(probe_failure),
-        Places::Grid(grid, spacing) => {
-            grid_points(scene, grid, *spacing).map_err(|error| CliError::Usage(error.to_string()))
-        }
+        Places::Grid(text, spacing) => Grid::named(scene, text)
+            .and_then(|grid| grid_points(scene, &grid, *spacing))
+            .map_err(|error| CliError::Usage(error.to_string())),
     }
 }
 
@@ -115,6 +114,9 @@ pub(super) fn compared(found: &[Irradiance], reference: &[Reference]) -> Compari
 
 fn described(comparison: &Comparison) -> String {
     let line = |name: &str, d: &Deviation| {
+        if !d.is_defined() {
+            return format!("{name:<7} error      - : the reference has no such light\n");
+        }
         format!(
             "{name:<7} error {:6.2} % root mean square, {:+.2} % mean, {:.2} % at point {}\n",
             100.0 * d.rms,

@@ -50,12 +50,12 @@ impl<'a> Gatherer<'a> {
         Gatherer { hierarchy, tracer, solution, emitters: emitters(hierarchy), samples }
     }
 
-    /// Irradiance at `point` on a surface with unit `normal`, in scene coordinates; `seed` shifts the
-    /// samples.
-    pub fn irradiance(&self, point: DVec3, normal: DVec3, seed: u64) -> Irradiance {
+    /// Irradiance at `point` on a surface with unit `normal`, in scene coordinates. The samples depend on nothing
+    /// but the two.
+    pub fn irradiance(&self, point: DVec3, normal: DVec3) -> Irradiance {
+        let sequence = PairSequence::new(seed(point, normal));
         let point = self.hierarchy.frame.local_from_scene(point).as_dvec3();
         let at = self.placed(point, normal);
-        let sequence = PairSequence::new(hash_pair(seed, 0x70_72_6f_62_65));
         let direct = direct(&self.emitters, self.tracer, at, self.samples, &sequence);
         let reflected = reflected(self.hierarchy, self.solution, self.tracer, at, self.samples, &sequence);
         Irradiance { total: direct + reflected, direct }
@@ -99,5 +99,36 @@ impl<'a> Gatherer<'a> {
             }
         }
         best.map(|(_, side)| side)
+    }
+}
+
+/// A seed from what is asked. The normal counts in single precision: its last digits depend on the length that it
+/// was given with.
+fn seed(point: DVec3, normal: DVec3) -> u64 {
+    let normal = normal.as_vec3().as_dvec3();
+    // Adding 0 makes -0 the same place as 0.
+    let numbers = point.to_array().into_iter().chain(normal.to_array()).map(|x| (x + 0.0).to_bits());
+    numbers.fold(0x70_72_6f_62_65, hash_pair)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn seeds_differ_where_points_or_normals_do() {
+        let point = DVec3::new(0.1, 0.0, 3.0);
+        let all = [
+            (point, DVec3::Y),
+            (point, -DVec3::Y),
+            (DVec3::new(point.z, point.x, point.y), DVec3::Y),
+            (point + DVec3::X * 1e-9, DVec3::Y),
+            (DVec3::ZERO, DVec3::Y),
+        ];
+        let seeds: std::collections::BTreeSet<u64> = all.iter().map(|&(p, n)| seed(p, n)).collect();
+        assert_eq!(seeds.len(), all.len());
+        assert_eq!(seed(DVec3::ZERO, DVec3::Y), seed(-DVec3::ZERO, DVec3::new(-0.0, 1.0, -0.0)));
+        let (long, longer) = (DVec3::new(0.1, 0.7, 0.3), DVec3::new(0.3, 2.1, 0.9));
+        assert_eq!(seed(point, long.normalize()), seed(point, longer.normalize()));
     }
 }

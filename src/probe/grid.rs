@@ -12,10 +12,10 @@ pub const MOST_POINTS: u64 = 1_000_000;
 const CELLS: f64 = 20.0;
 
 /// What a grid covers.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Grid {
-    /// The front of a rectangle of the scene description.
-    Rectangle(String),
+    /// The front of a rectangle with these corners.
+    Rectangle([DVec3; 4]),
     /// A plane that faces up, at this coordinate along the up axis, over the whole scene. Up is the axis
     /// nearest to the up direction of the first camera.
     Height(f64),
@@ -31,6 +31,20 @@ pub enum GridError {
         name: String,
         /// Those there are.
         known: String,
+    },
+    /// Several rectangles have the name.
+    #[error("{count} rectangles are named '{name}'; give each its own name, or --points")]
+    Ambiguous {
+        /// As asked for.
+        name: String,
+        /// How many.
+        count: usize,
+    },
+    /// The height is infinite or not a number.
+    #[error("the height of a grid must be a finite number, and no rectangle is named '{name}'")]
+    NotFinite {
+        /// As asked for.
+        name: String,
     },
     /// The spacing is too fine.
     #[error(
@@ -55,6 +69,24 @@ pub enum GridError {
     },
 }
 
+impl Grid {
+    /// What is asked for by `text`: the rectangle with this name or else, if it is a number, a plane at this height.
+    ///
+    /// # Errors
+    /// [`GridError::Unknown`], [`GridError::Ambiguous`] or [`GridError::NotFinite`].
+    pub fn named(scene: &Scene, text: &str) -> Result<Grid, GridError> {
+        let name = || text.to_owned();
+        let found: Vec<_> = scene.rectangles.iter().filter(|rectangle| rectangle.name == text).collect();
+        match (found.as_slice(), text.trim().parse::<f64>()) {
+            ([one], _) => Ok(Grid::Rectangle(one.corners)),
+            ([], Ok(height)) if height.is_finite() => Ok(Grid::Height(height)),
+            ([], Ok(_)) => Err(GridError::NotFinite { name: name() }),
+            ([], Err(_)) => Err(GridError::Unknown { name: name(), known: names(scene) }),
+            (several, _) => Err(GridError::Ambiguous { name: name(), count: several.len() }),
+        }
+    }
+}
+
 /// The middles of the cells of a grid, row by row. Cells are as near to `spacing` (scene units) as whole
 /// numbers of them allow.
 ///
@@ -62,12 +94,7 @@ pub enum GridError {
 /// See [`GridError`].
 pub fn grid_points(scene: &Scene, grid: &Grid, spacing: Option<f64>) -> Result<Vec<ProbePoint>, GridError> {
     let corners = match grid {
-        Grid::Rectangle(name) => {
-            let found = scene.rectangles.iter().find(|rectangle| rectangle.name == *name);
-            found
-                .map(|rectangle| rectangle.corners)
-                .ok_or_else(|| GridError::Unknown { name: name.clone(), known: names(scene) })?
-        }
+        Grid::Rectangle(corners) => *corners,
         Grid::Height(height) => plane_at(scene, *height)?,
     };
     let [a, b, c, d] = corners;
@@ -147,8 +174,9 @@ mod tests {
 
     #[test]
     fn a_rectangle_gets_the_middles_of_its_cells_and_its_front() {
-        let desk = Grid::Rectangle("desk".into());
-        let points = grid_points(&scene(DVec3::Y), &desk, Some(0.5)).expect("a grid");
+        let scene = scene(DVec3::Y);
+        let desk = Grid::named(&scene, "desk").expect("a rectangle");
+        let points = grid_points(&scene, &desk, Some(0.5)).expect("a grid");
         assert_eq!(points.len(), 8);
         assert!(points[0].position.distance(DVec3::new(0.25, 0.7, -0.25)) < 1e-12, "{:?}", points[0]);
         assert!(points.iter().all(|p| p.normal.distance(DVec3::Y) < 1e-12), "{:?}", points[0].normal);
@@ -167,12 +195,35 @@ mod tests {
     #[test]
     fn grids_that_cannot_be_are_refused() {
         let scene = scene(DVec3::Y);
-        let unknown = grid_points(&scene, &Grid::Rectangle("table".into()), None).expect_err("unknown");
+        let unknown = Grid::named(&scene, "table").expect_err("unknown");
         assert!(unknown.to_string().contains("desk"), "{unknown}");
         assert!(matches!(grid_points(&scene, &Grid::Height(3.0), None), Err(GridError::Outside { .. })));
         assert!(matches!(
             grid_points(&scene, &Grid::Height(1.0), Some(1e-6)),
             Err(GridError::TooFine { .. })
         ));
+    }
+
+    #[test]
+    fn names_come_before_numbers() {
+        let mut scene = scene(DVec3::Y);
+        assert_eq!(Grid::named(&scene, " 0.5 "), Ok(Grid::Height(0.5)));
+        for name in ["nan", "inf", "1e999"] {
+            assert!(matches!(Grid::named(&scene, name), Err(GridError::NotFinite { .. })), "{name}");
+        }
+        let corners = scene.rectangles[0].corners;
+        for name in ["0.5", "nan", " 2 "] {
+            scene.rectangles.push(Rectangle { name: name.into(), corners });
+            assert_eq!(Grid::named(&scene, name), Ok(Grid::Rectangle(corners)));
+        }
+        assert_eq!(Grid::named(&scene, "0.50"), Ok(Grid::Height(0.5)));
+    }
+
+    #[test]
+    fn a_name_of_two_rectangles_is_refused() {
+        let mut scene = scene(DVec3::Y);
+        scene.rectangles.push(scene.rectangles[0].clone());
+        let error = Grid::named(&scene, "desk").expect_err("two of them");
+        assert_eq!(error, GridError::Ambiguous { name: "desk".into(), count: 2 });
     }
 }

@@ -116,3 +116,81 @@ pub(super) fn quoted(text: &str) -> String {
     let shown: String = text.chars().take(40).flat_map(char::escape_debug).collect();
     format!("'{shown}'")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What the reader makes of a file with this content.
+    fn read(content: impl AsRef<[u8]>) -> Result<Vec<ProbePoint>, ProbeError> {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("points.txt");
+        std::fs::write(&path, content).expect("written");
+        read_points(&path)
+    }
+
+    #[test]
+    fn points_are_read_in_order_between_comments_and_empty_lines() {
+        let text = "\u{feff}# x y z\r\n1 2 3 0 1 0\r\n\r\n \t4e0\t-5 .6 0 0 -1 # 7 8 9\n#\n";
+        let expected = [(DVec3::new(1.0, 2.0, 3.0), DVec3::Y), (DVec3::new(4.0, -5.0, 0.6), -DVec3::Z)];
+        let expected = expected.map(|(position, normal)| ProbePoint { position, normal });
+        assert_eq!(read(text).expect("points"), expected);
+    }
+
+    #[test]
+    fn normals_get_unit_length_whatever_their_length() {
+        for normal in ["0 1 0", "0 3 0", "0 1e-320 0", "0 1.7e308 0", "-0 1e-5 0"] {
+            let points = read(format!("0 0 0 {normal}")).expect(normal);
+            assert_eq!(points[0].normal, DVec3::Y, "{normal}");
+        }
+        for normal in ["1 2 -3", "1e308 1.5e308 -1e308", "1e-310 2e-310 1e-310"] {
+            let points = read(format!("0 0 0 {normal}")).expect(normal);
+            assert!((points[0].normal.length() - 1.0).abs() < 1e-12, "{normal}");
+        }
+    }
+
+    #[test]
+    fn the_first_line_that_is_no_point_is_named() {
+        for (bad, part) in [
+            ("0 0 0 0 0 0", "the normal has length zero"),
+            ("0 0 0 -0 0 -0", "the normal has length zero"),
+            ("0 0 0 0 1e-999 0", "the normal has length zero"),
+            ("nan 0 0 0 1 0", "'nan' is not finite"),
+            ("0 0 0 0 -inf 0", "'-inf' is not finite"),
+            ("0 1e999 0 0 1 0", "'1e999' is not finite"),
+            ("0 0 0 0 1", "5 numbers where six are needed"),
+            ("0 0 0 0 1 0 0", "7 numbers where six are needed"),
+            ("0, 0, 0, 0, 1, 0", "'0,' is not a number"),
+            ("0 0 0 0 one 0", "'one' is not a number"),
+            ("0 0 0 0 \u{1b}[31m 0", "'\\u{1b}[31m' is not a number"),
+        ] {
+            let error = read(format!("# heading\n\n0 0 0 0 1 0\n{bad}\nworse\n")).expect_err(bad);
+            assert!(matches!(error, ProbeError::Malformed { line: 4, .. }), "{error}");
+            assert!(error.to_string().contains(part), "{error}");
+        }
+    }
+
+    #[test]
+    fn files_without_points_are_unfit() {
+        for text in ["", "\n\n", "# 0 0 0 0 1 0", "\u{feff}", "  \t \r\n#\n"] {
+            let error = read(text).expect_err(text);
+            assert!(matches!(error, ProbeError::Unfit { .. }), "{error}");
+        }
+    }
+
+    #[test]
+    fn bytes_that_are_no_text_are_refused_with_their_line() {
+        let error = read(b"0 0 0 0 1 0\n# \xe9t\xe9\n").expect_err("Latin-1");
+        assert!(matches!(error, ProbeError::Malformed { line: 2, .. }), "{error}");
+        assert!(error.to_string().contains("UTF-8"), "{error}");
+    }
+
+    #[test]
+    fn what_is_no_file_is_unreadable() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        for path in [folder.path().join("none.txt"), folder.path().to_owned()] {
+            let error = read_points(&path).expect_err("no file");
+            assert!(matches!(error, ProbeError::Unreadable { .. }), "{error}");
+        }
+    }
+}

@@ -9,6 +9,12 @@ use std::path::Path;
 /// Differences within this many standard errors of the reference are its noise.
 const NOISE: f64 = 3.0;
 
+/// Largest value of a reference, W/m²: the squares of all differences stay in the range of numbers.
+const MOST: f64 = 1e30;
+
+/// Errors relative to a mean below this say nothing, W/m².
+const LEAST_MEAN: f64 = 1e-30;
+
 /// Reference values at one point, W/m².
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Reference {
@@ -18,7 +24,8 @@ pub struct Reference {
     pub error: Irradiance,
 }
 
-/// How far one quantity is from its reference, relative to the mean of the reference.
+/// How far one quantity is from its reference, relative to the mean of the reference. All figures are NaN, which
+/// JSON has as `null`, where that mean is below 10⁻³⁰ W/m².
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Deviation {
     /// Root mean square over points and channels of what exceeds the noise of the reference.
@@ -32,6 +39,11 @@ pub struct Deviation {
 }
 
 impl Deviation {
+    /// Whether there is light to which errors can be relative.
+    pub fn is_defined(&self) -> bool {
+        !self.rms.is_nan()
+    }
+
     /// Of what `part` picks from each value.
     pub fn of(
         found: &[Irradiance],
@@ -39,8 +51,10 @@ impl Deviation {
         part: impl Fn(&Irradiance) -> DVec3,
     ) -> Deviation {
         let count = (3 * reference.len()).max(1) as f64;
-        let mean = reference.iter().map(|r| part(&r.irradiance).element_sum()).sum::<f64>() / count;
-        let mean = mean.max(f64::MIN_POSITIVE);
+        let mean = mean_of(reference, &part);
+        if mean < LEAST_MEAN {
+            return Deviation { rms: f64::NAN, bias: f64::NAN, worst: f64::NAN, worst_at: 0 };
+        }
         let mut deviation = Deviation::default();
         let mut squares = 0.0;
         for (index, (f, r)) in found.iter().zip(reference).enumerate() {
@@ -62,6 +76,12 @@ impl Deviation {
     }
 }
 
+/// Mean over points and channels.
+fn mean_of(reference: &[Reference], part: impl Fn(&Irradiance) -> DVec3) -> f64 {
+    let count = (3 * reference.len()).max(1) as f64;
+    reference.iter().map(|r| part(&r.irradiance).element_sum()).sum::<f64>() / count
+}
+
 /// The columns that are read.
 const COLUMNS: [&str; 12] = [
     "total_r",
@@ -79,47 +99,78 @@ const COLUMNS: [&str; 12] = [
 ];
 
 /// Reads reference values: a CSV with a header that names at least `total_*`, `direct_*`, `se_total_*`
-/// and `se_direct_*` for `r`, `g` and `b`, in any order, one row a point.
+/// and `se_direct_*` for `r`, `g` and `b`, each once, in any order, one row a point.
 ///
 /// # Errors
-/// When the file cannot be read, a column is missing or a value is no finite number from 0.
+/// When the file cannot be read, a column is missing or there twice, a row is longer than the header, a value is
+/// no number from 0 to 10³⁰, or the mean of all light is below 10⁻³⁰.
 pub fn read_reference(path: &Path) -> Result<Vec<Reference>, ProbeError> {
     let text = read_text(path)?;
+    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
     let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
     let malformed = |line: usize, message: String| ProbeError::Malformed {
         path: path.to_owned(),
         line: line + 1,
         message,
     };
-    let header: Vec<&str> = lines.next().map_or("", |(_, line)| line).split(',').map(str::trim).collect();
-    let mut places = [0; COLUMNS.len()];
-    for (place, name) in places.iter_mut().zip(COLUMNS) {
-        *place = header.iter().position(|column| *column == name).ok_or_else(|| {
-            malformed(0, format!("the header has no column '{name}'; it needs {}", COLUMNS.join(",")))
-        })?;
-    }
-    let mut values = Vec::new();
-    for (index, line) in lines {
-        let cells: Vec<&str> = line.split(',').map(str::trim).collect();
-        let mut row = [0.0; COLUMNS.len()];
-        for ((value, place), name) in row.iter_mut().zip(places).zip(COLUMNS) {
-            let cell = cells.get(place).copied().unwrap_or_default();
-            let is_right = |v: &f64| v.is_finite() && *v >= 0.0;
-            *value = cell.parse().ok().filter(is_right).ok_or_else(|| {
-                malformed(index, format!("{} in column '{name}' is no finite number from 0", quoted(cell)))
-            })?;
-        }
-        let [a, b, c, d] = std::array::from_fn(|i| DVec3::new(row[3 * i], row[3 * i + 1], row[3 * i + 2]));
-        values.push(Reference {
-            irradiance: Irradiance { total: a, direct: b },
-            error: Irradiance { total: c, direct: d },
-        });
-    }
-    let is_dark = |value: &Reference| value.irradiance.total == DVec3::ZERO;
-    if values.iter().all(is_dark) {
-        return Err(malformed(0, "no point gets any light; errors are relative to the mean".to_owned()));
+    let (top, header) = lines.next().unwrap_or_default();
+    let header: Vec<&str> = cells_of(header).collect();
+    let places = places_in(&header).map_err(|message| malformed(top, message))?;
+    let values: Vec<Reference> = lines
+        .map(|(index, line)| {
+            value_from_row(line, header.len(), &places).map_err(|message| malformed(index, message))
+        })
+        .collect::<Result<_, _>>()?;
+    if mean_of(&values, |light| light.total) < LEAST_MEAN {
+        return Err(malformed(top, "no point gets any light; errors are relative to the mean".to_owned()));
     }
     Ok(values)
+}
+
+fn cells_of(line: &str) -> impl Iterator<Item = &str> {
+    line.split(',').map(str::trim)
+}
+
+/// Where each of [`COLUMNS`] stands.
+fn places_in(header: &[&str]) -> Result<[usize; COLUMNS.len()], String> {
+    let is_again = |&index: &usize| !header[index].is_empty() && header[..index].contains(&header[index]);
+    if let Some(index) = (0..header.len()).find(is_again) {
+        return Err(format!("the header has the column {} twice; keep one of them", quoted(header[index])));
+    }
+    let mut places = [0; COLUMNS.len()];
+    for (place, name) in places.iter_mut().zip(COLUMNS) {
+        *place = header
+            .iter()
+            .position(|column| *column == name)
+            .ok_or_else(|| format!("the header has no column '{name}'; it needs {}", COLUMNS.join(",")))?;
+    }
+    Ok(places)
+}
+
+/// The value of one row under a header of `width` columns.
+fn value_from_row(line: &str, width: usize, places: &[usize; COLUMNS.len()]) -> Result<Reference, String> {
+    let cells: Vec<&str> = cells_of(line).collect();
+    if cells.len() > width {
+        return Err(format!(
+            "{} cells under a header of {width}; give each row one for a column",
+            cells.len()
+        ));
+    }
+    let mut row = [0.0; COLUMNS.len()];
+    for ((value, &place), name) in row.iter_mut().zip(places).zip(COLUMNS) {
+        let cell = cells.get(place).copied().unwrap_or_default();
+        let is_right = |v: &f64| (0.0..=MOST).contains(v);
+        *value =
+            cell.parse().ok().filter(is_right).ok_or_else(|| {
+                format!("{} in column '{name}' is no number from 0 to {MOST:e}", quoted(cell))
+            })?;
+    }
+    let [total, direct, se_total, se_direct] =
+        std::array::from_fn(|i| DVec3::new(row[3 * i], row[3 * i + 1], row[3 * i + 2]));
+    Ok(Reference {
+        irradiance: Irradiance { total, direct },
+        error: Irradiance { total: se_total, direct: se_direct },
+    })
 }
 
 #[cfg(test)]
@@ -139,5 +190,83 @@ mod tests {
         let far = Deviation::of(&[gray(1.0, 0.0), gray(3.8, 0.0)], &reference, |i| i.total);
         assert!((far.rms - 0.5 / 2f64.sqrt() / 2.0).abs() < 1e-12 && far.worst_at == 1, "{far:?}");
         assert!((far.bias - 0.2).abs() < 1e-12, "{far:?}");
+    }
+
+    #[test]
+    fn errors_relative_to_no_light_are_undefined() {
+        let reference = [Reference { irradiance: gray(1.0, 0.0), error: gray(0.1, 0.0) }];
+        let found = [gray(1.0, 0.5)];
+        let [total, direct] =
+            [Deviation::of(&found, &reference, |i| i.total), Deviation::of(&found, &reference, |i| i.direct)];
+        assert!(total.is_defined() && !direct.is_defined(), "{total:?} {direct:?}");
+        let json = serde_json::to_value(direct).expect("JSON");
+        assert!(["rms", "bias", "worst"].iter().all(|figure| json[figure].is_null()), "{json}");
+    }
+
+    /// What the reader makes of a file with this content.
+    fn read(content: &str) -> Result<Vec<Reference>, String> {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("reference.csv");
+        std::fs::write(&path, content).expect("written");
+        read_reference(&path).map_err(|error| error.to_string())
+    }
+
+    const ROW: &str = "4,5,6,1,2,3,0.4,0.5,0.6,0.1,0.2,0.3";
+
+    #[test]
+    fn columns_are_found_by_name_after_a_byte_order_mark_and_empty_lines() {
+        let value = Reference {
+            irradiance: Irradiance { total: DVec3::new(4.0, 5.0, 6.0), direct: DVec3::new(1.0, 2.0, 3.0) },
+            error: Irradiance { total: DVec3::new(0.4, 0.5, 0.6), direct: DVec3::new(0.1, 0.2, 0.3) },
+        };
+        let header = COLUMNS.join(",");
+        assert_eq!(read(&format!("\u{feff}{header}\r\n\r\n{ROW}\r\n")), Ok(vec![value]));
+        assert_eq!(read(&format!("\n\nx,{header},,\n7,{ROW},\n7,{ROW}\n")), Ok(vec![value; 2]));
+    }
+
+    #[test]
+    fn what_is_no_irradiance_is_refused_with_its_line() {
+        let header = COLUMNS.join(",");
+        for cell in ["1e308", "1.1e30", "1e999", "inf", "-inf", "nan", "-1", "-1e-9", "", "x"] {
+            for column in ["4", "1", "0.4", "0.3"] {
+                let row: Vec<&str> = ROW.split(',').map(|c| if c == column { cell } else { c }).collect();
+                let error = read(&format!("{header}\n{ROW}\n\n{}\n", row.join(","))).expect_err(cell);
+                let is_named = error.contains("reference.csv:4: ") && error.contains(&format!("'{cell}'"));
+                assert!(is_named && error.contains("no number from 0 to 1e30"), "{error}");
+            }
+        }
+        let largest = ROW.replace(['4', '5', '6'], "1e30");
+        assert!(read(&format!("{header}\n{}\n", largest.replace("0.1e30", "1e30"))).is_ok());
+    }
+
+    #[test]
+    fn a_reference_of_next_to_no_light_is_refused() {
+        let header = COLUMNS.join(",");
+        for light in ["0", "-0", "1e-320", "1e-31"] {
+            let row = [light; 12].join(",");
+            let error = read(&format!("{header}\n{row}\n{row}\n")).expect_err(light);
+            assert!(error.contains("no point gets any light"), "{error}");
+        }
+        assert!(read(&format!("{header}\n{}\n", ["1e-29"; 12].join(","))).is_ok());
+        assert!(read(&header).expect_err("no rows").contains("no point gets any light"));
+    }
+
+    #[test]
+    fn a_table_that_is_not_one_is_refused() {
+        let header = COLUMNS.join(",");
+        for (content, part) in [
+            (String::new(), "reference.csv:1: the header has no column 'total_r'"),
+            (format!("{}\n{ROW}", header.replace("se_total_g", "x")), "no column 'se_total_g'"),
+            (
+                format!("{header},total_g\n{ROW},1"),
+                "reference.csv:1: the header has the column 'total_g' twice",
+            ),
+            (format!("x,x,{header}\n1,1,{ROW}"), "'x' twice"),
+            (format!("{header}\n{ROW}\n{ROW},1"), "reference.csv:3: 13 cells under a header of 12"),
+            (format!("{header}\n4,5,6"), "reference.csv:2: '' in column 'direct_r'"),
+        ] {
+            let error = read(&content).expect_err(part);
+            assert!(error.contains(part), "{error}");
+        }
     }
 }

@@ -88,17 +88,46 @@ pub fn write_csv(answers: &[Answer], lux: bool, file: &mut dyn Write) -> io::Res
         } else {
             answer.total.into_iter().chain(answer.direct).collect()
         };
-        let place = answer.position.into_iter().chain(answer.normal).map(|x| format!("{x}"));
+        let place = answer.position.into_iter().chain(answer.normal).map(coordinate);
         let cells: Vec<String> = place.chain(light.into_iter().map(|x| format!("{x:.7e}"))).collect();
         writeln!(file, "{}", cells.join(","))?;
     }
     Ok(())
 }
 
+/// With an exponent where that is shorter.
+fn coordinate(x: f64) -> String {
+    if x == 0.0 || (1e-6..=1e16).contains(&x.abs()) { format!("{x}") } else { format!("{x:e}") }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use glam::DVec3;
+
+    #[test]
+    fn long_numbers_are_written_with_an_exponent() {
+        for (x, text) in [
+            (0.0, "0"),
+            (-2.5, "-2.5"),
+            (1e-6, "0.000001"),
+            (9.9e-7, "9.9e-7"),
+            (-5e-324, "-5e-324"),
+            (1e16, "10000000000000000"),
+            (-1.5e16, "-1.5e16"),
+            (f64::MAX, "1.7976931348623157e308"),
+        ] {
+            assert_eq!(coordinate(x), text);
+            assert_eq!(coordinate(x).parse(), Ok(x));
+        }
+        let point = ProbePoint { position: DVec3::new(1e300, -1e-300, 0.5), normal: DVec3::Y };
+        let light = Irradiance { total: DVec3::splat(1e20), direct: DVec3::splat(1e-20) };
+        let mut file = Vec::new();
+        write_csv(&[Answer::new(&point, &light)], false, &mut file).expect("memory takes it");
+        let text = String::from_utf8(file).expect("text");
+        assert!(text.contains("\n1e300,-1e-300,0.5,0,1,0,1.0000000e20,"), "{text}");
+        assert!(text.lines().all(|line| line.len() < 150), "{text}");
+    }
 
     #[test]
     fn rows_follow_the_header() {

@@ -41,8 +41,9 @@ impl CheckReport<'_> {
         let heads = ["", "", "value", "limit", "looked at", ""].map(str::to_owned);
         let mut text = format!("{}, limits of --quality {}, {}\n\n", self.scene, self.quality, self.tracer);
         text.push_str(&aligned(&heads, &rows));
+        let is_off = |f: &&Finding| matches!(f.verdict, Verdict::Rough | Verdict::Failed);
         let details: Vec<&Finding> =
-            findings.iter().filter(|f| f.verdict != Verdict::Passed && !f.detail.is_empty()).collect();
+            findings.iter().filter(is_off).filter(|f| !f.detail.is_empty()).collect();
         // Writing to a string cannot fail.
         for finding in details {
             let _ = writeln!(text, "\n{}: {}\n  {}", finding.group, finding.name, finding.detail);
@@ -64,11 +65,12 @@ impl CheckReport<'_> {
         let count = |verdict| findings.iter().filter(|finding| finding.verdict == verdict).count();
         let _ = writeln!(
             text,
-            "\n{} of {} passed, {} rough, {} failed",
+            "\n{} of {} passed, {} rough, {} failed, {} not looked at",
             count(Verdict::Passed),
             findings.len(),
             count(Verdict::Rough),
-            count(Verdict::Failed)
+            count(Verdict::Failed),
+            count(Verdict::NotLookedAt)
         );
         text
     }
@@ -84,6 +86,7 @@ fn row(finding: &Finding) -> [String; 6] {
         Verdict::Passed => "passed",
         Verdict::Rough => "rough",
         Verdict::Failed => "FAILED",
+        Verdict::NotLookedAt => "not looked at",
     };
     [
         finding.group.to_owned(),
@@ -134,6 +137,7 @@ mod tests {
                 finding("one", 0.005, Verdict::Passed),
                 finding("two", 0.02, Verdict::Rough),
                 finding("three", f64::NAN, Verdict::Failed),
+                finding("four", 0.0, Verdict::NotLookedAt),
             ],
             kinds: vec![KindOfLink { name: "no link".into(), linked: 0.0, found: 0.001 }],
         }
@@ -150,10 +154,13 @@ mod tests {
             check: &check,
         };
         let text = report.table();
-        for part in ["0.5000 %", "rough", "FAILED", "at two", "at three", "-0.100 %", "1 of 3 passed"] {
+        let last = "1 of 4 passed, 1 rough, 1 failed, 1 not looked at";
+        for part in
+            ["0.5000 %", "rough", "FAILED", "at two", "at three", "-0.100 %", "9  not looked at", last]
+        {
             assert!(text.contains(part), "{part} is missing:\n{text}");
         }
-        assert!(!text.contains("at one"), "{text}");
+        assert!(!text.contains("at one") && !text.contains("at four"), "{text}");
         let value = serde_json::to_value(&report).expect("serialisable");
         assert_eq!(value["passed"], false);
         assert_eq!(value["findings"][1]["verdict"], "rough");

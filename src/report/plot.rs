@@ -18,6 +18,9 @@ const MARGIN: f64 = 1.5;
 /// Values below this are drawn at it: the axes are logarithmic.
 const LEAST: f64 = 1e-3;
 
+/// Values above this are drawn at it.
+const MOST: f64 = 1e9;
+
 /// Told apart by most people who see few colours, and in print.
 const COLOURS: [RGBColor; 6] = [
     RGBColor(0, 90, 181),
@@ -36,11 +39,19 @@ struct Plot<'a> {
     curves: Vec<Curve>,
 }
 
-/// Points in the order in which a line joins them, each with its label.
+/// Points in the order in which a line joins them, each with its label. Those that are not finite are left out.
 struct Curve {
     /// In the legend, if there are several.
     name: String,
     points: Vec<((f64, f64), String)>,
+}
+
+impl Curve {
+    /// What is drawn, between [`LEAST`] and [`MOST`].
+    fn drawn(&self) -> impl Iterator<Item = ((f64, f64), &str)> {
+        let finite = self.points.iter().filter(|((x, y), _)| x.is_finite() && y.is_finite());
+        finite.map(|((x, y), label)| ((x.clamp(LEAST, MOST), y.clamp(LEAST, MOST)), label.as_str()))
+    }
 }
 
 /// Draws the error (per cent) over the time (seconds) of each solution, each named by its epsilon.
@@ -99,7 +110,7 @@ impl Plot<'_> {
     }
 
     fn range(&self, value: fn((f64, f64)) -> f64) -> std::ops::Range<f64> {
-        let values = || self.curves.iter().flat_map(|curve| &curve.points).map(|p| value(p.0).max(LEAST));
+        let values = || self.curves.iter().flat_map(Curve::drawn).map(|point| value(point.0));
         let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(LEAST, f64::max));
         low.min(high) / MARGIN..high * MARGIN
     }
@@ -125,19 +136,18 @@ impl Plot<'_> {
             .draw()
             .map_err(failed)?;
         for (curve, colour) in self.curves.iter().zip(COLOURS.iter().cycle()) {
-            let points = || curve.points.iter().map(|((x, y), label)| ((x.max(LEAST), y.max(LEAST)), label));
-            let line = LineSeries::new(points().map(|(point, _)| point), colour);
+            let line = LineSeries::new(curve.drawn().map(|(point, _)| point), colour);
             let drawn = chart.draw_series(line).map_err(failed)?;
             if self.curves.len() > 1 {
                 let mark = move |(x, y)| PathElement::new([(x, y), (x + 16, y)], colour.stroke_width(2));
                 drawn.label(&curve.name).legend(mark);
             }
             // Names stand above and below in turn, so that those of neighbours do not meet.
-            let marks = points().enumerate().map(|(index, (point, label))| {
+            let marks = curve.drawn().enumerate().map(|(index, (point, label))| {
                 let above = if index % 2 == 0 { 6 } else { -18 };
                 EmptyElement::at(point)
                     + Circle::new((0, 0), 4, colour.filled())
-                    + Text::new(label.clone(), (8, above), ("sans-serif", 13))
+                    + Text::new(label.to_owned(), (8, above), ("sans-serif", 13))
             });
             chart.draw_series(marks).map_err(failed)?;
         }
@@ -155,4 +165,41 @@ fn plain(x: f64) -> String {
     let digits = (1.0 - x.abs().max(LEAST).log10().floor()).max(0.0) as usize;
     let text = format!("{x:.digits$}");
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn svg(points: &[(f64, f64)]) -> String {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("a.svg");
+        let points = points.iter().enumerate().map(|(i, &point)| (point, format!("point {i}"))).collect();
+        let curves = vec![Curve { name: "one".to_owned(), points }];
+        Plot { title: "title".to_owned(), x: "x", y: "y", curves }.write(&path).expect("written");
+        std::fs::read_to_string(&path).expect("readable")
+    }
+
+    /// Axes to infinity have marks without end.
+    #[test]
+    fn points_that_are_not_finite_are_left_out() {
+        let text =
+            svg(&[(1.0, 2.0), (f64::INFINITY, 1.0), (2.0, f64::INFINITY), (3.0, f64::NAN), (4.0, 1.0)]);
+        let drawn: Vec<bool> = (0..5).map(|i| text.contains(&format!("point {i}"))).collect();
+        assert_eq!(drawn, [true, false, false, false, true], "{text}");
+    }
+
+    #[test]
+    fn a_plot_of_nothing_and_of_extremes_ends() {
+        for points in [
+            &[][..],
+            &[(f64::INFINITY, f64::INFINITY)],
+            &[(f64::NAN, f64::NEG_INFINITY)],
+            &[(0.0, 0.0)],
+            &[(1.0, f64::MAX), (f64::MIN_POSITIVE, -1.0)],
+        ] {
+            let text = svg(points);
+            assert!(text.trim_end().ends_with("</svg>"), "{points:?}: {text}");
+        }
+    }
 }

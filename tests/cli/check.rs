@@ -62,6 +62,25 @@ fn what_is_wrong_is_code_8_and_named_after_the_table() {
 }
 
 #[test]
+fn a_finding_that_looked_at_nothing_does_not_pass_and_is_no_failure() {
+    let folder = Folder::with_scene();
+    // Nothing is proved by this strategy.
+    let run = check(&folder, &["--visibility", "sampled", "--json", "a.json"]);
+    assert_eq!(run.code, 0, "{run:?}");
+    let row = run.stdout.lines().find(|line| line.contains("proved visible, yet blocked")).expect("a row");
+    assert!(
+        row.ends_with("not looked at") && run.stdout.contains(" failed, 1 not looked at"),
+        "{}",
+        run.stdout
+    );
+    let value = json(&folder, "a.json");
+    let findings = value["findings"].as_array().expect("a list");
+    let finding = findings.iter().find(|finding| finding["looked_at"] == 0).expect("a finding");
+    assert_eq!(finding["name"], "proved visible, yet blocked");
+    assert_eq!((&finding["verdict"], &value["passed"]), (&"not looked at".into(), &true.into()));
+}
+
+#[test]
 fn quiet_leaves_the_exit_code() {
     let folder = Folder::with_scene();
     let run = check(&folder, &["--quiet"]);

@@ -52,6 +52,11 @@ fn files_that_do_not_fit_are_named_before_anything_is_solved() {
     folder.run(&BASE).expect_error(4, &["reference.csv", "1 rows for 2 points"]);
     folder.write("reference.csv", format!("{HEADER}{}", ROW.replace(['1', '2'], "0").repeat(2)));
     folder.run(&BASE).expect_error(4, &["reference.csv", "no point gets any light"]);
+    for hostile in ["1e308", "nan", "-1"] {
+        folder.write("reference.csv", format!("{HEADER}{ROW}{}", ROW.replacen('2', hostile, 1)));
+        let run = folder.run(&[&BASE[..], &["--plot", "c.svg"]].concat());
+        run.expect_error(4, &["reference.csv:3: ", hostile, "total_r"]);
+    }
     for (options, word) in [
         (["--plot", "c.png"], ".svg"),
         (["-o", "c.csv"], ".json"),

@@ -3,6 +3,7 @@
 mod check;
 mod convergence;
 mod failures;
+mod probe;
 mod render;
 mod run;
 mod statistics;

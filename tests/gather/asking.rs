@@ -24,9 +24,8 @@ pub(crate) fn gather(
     let gatherer = Gatherer::new(&case.hierarchy, tracer, &solution, samples);
     points
         .iter()
-        .enumerate()
-        .map(|(index, &(point, normal))| {
-            let Irradiance { total, direct } = gatherer.irradiance(point, normal, index as u64);
+        .map(|&(point, normal)| {
+            let Irradiance { total, direct } = gatherer.irradiance(point, normal);
             [total.x, direct.x]
         })
         .collect()

@@ -2,7 +2,7 @@
 //! is there for it.
 
 use glam::Vec3;
-use lightshaft::check::{Check, Limits, Verdict, check};
+use lightshaft::check::{Check, Finding, Limits, Verdict, check};
 use lightshaft::progress::Silent;
 use lightshaft::radiosity::{LinkClass, LinkSet, Solution, SolveOptions};
 use lightshaft::visibility::Strategy;
@@ -51,7 +51,12 @@ impl Planted {
                 finding.group, finding.name, finding.value, finding.limit
             );
         }
-        let wrong: Vec<_> = found.findings.iter().filter(|f| f.verdict != Verdict::Passed).collect();
+        // Links both ways are rare: there may be none to look at.
+        let is_right = |f: &Finding| match f.verdict {
+            Verdict::NotLookedAt => f.name == "reciprocity, mean difference" && f.looked_at == 0,
+            verdict => verdict == Verdict::Passed,
+        };
+        let wrong: Vec<_> = found.findings.iter().filter(|f| !is_right(f)).collect();
         assert!(found.passed() && wrong.is_empty(), "{}: {wrong:#?}", self.case.scene.name);
     }
 

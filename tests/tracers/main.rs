@@ -7,6 +7,7 @@ mod embree_or_skip;
 mod adversarial;
 mod far_away;
 mod faults;
+mod first_hits;
 mod meshes;
 mod random;
 mod verdict;

@@ -107,7 +107,7 @@ pub(crate) fn compare(mesh: &TraceMesh, tracer: &dyn Tracer, segments: &[Segment
 }
 
 /// Whether both ends are in the plane of a facet, but for one rounding to single precision.
-fn lies_in_plane(mesh: &TraceMesh, facet: u32, segment: &Segment) -> bool {
+pub(crate) fn lies_in_plane(mesh: &TraceMesh, facet: u32, segment: &Segment) -> bool {
     triangles_of(mesh, facet).iter().any(|t| {
         let [a, b, c] = t.map(|v| mesh.positions[v as usize].as_dvec3());
         let normal = (b - a).cross(c - a).normalize_or_zero();
@@ -118,9 +118,13 @@ fn lies_in_plane(mesh: &TraceMesh, facet: u32, segment: &Segment) -> bool {
 /// How far a segment is from where the answer for one facet changes: from the outline of the facet, and its
 /// ends, less what is left out there, from the facet itself.
 pub(crate) fn distance_to_change(mesh: &TraceMesh, facet: u32, segment: &Segment) -> f64 {
+    distance_between(mesh, facet, trimmed(segment))
+}
+
+/// How far a line between two ends is from the outline of a facet, and its ends from the facet itself.
+pub(crate) fn distance_between(mesh: &TraceMesh, facet: u32, ends: [DVec3; 2]) -> f64 {
     let triangles = triangles_of(mesh, facet);
     let at = |v: u32| mesh.positions[v as usize].as_dvec3();
-    let ends = trimmed(segment);
     let from_ends =
         ends.into_iter().flat_map(|end| triangles.iter().map(move |t| to_triangle(end, t.map(at))));
     let edges = || triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
@@ -129,7 +133,7 @@ pub(crate) fn distance_to_change(mesh: &TraceMesh, facet: u32, segment: &Segment
     from_outline.chain(from_ends).fold(f64::INFINITY, f64::min)
 }
 
-fn triangles_of(mesh: &TraceMesh, facet: u32) -> &[[u32; 3]] {
+pub(crate) fn triangles_of(mesh: &TraceMesh, facet: u32) -> &[[u32; 3]] {
     let first = &mesh.first_triangle[facet as usize..];
     &mesh.triangles[first[0] as usize..first[1] as usize]
 }
