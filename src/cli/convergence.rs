@@ -3,11 +3,10 @@
 use super::config::ConvergenceConfig;
 use super::console;
 use super::errors::CliError;
-use super::probe::{check_lengths, compared, probe_all, probe_failure};
+use super::probe::{Target, compared, probe_all};
 use super::solved::{Loaded, Solved, in_pool};
 use crate::gather::Gatherer;
 use crate::image::write::check_destination;
-use crate::probe::{read_points, read_reference};
 use crate::progress::Progress;
 use crate::report::convergence::{Convergence, Rung};
 use crate::report::{json, memory, plot};
@@ -24,9 +23,7 @@ pub(super) fn run(config: &ConvergenceConfig) -> Result<(), CliError> {
 }
 
 fn run_in_pool(config: &ConvergenceConfig, progress: &dyn Progress) -> Result<(), CliError> {
-    let points = read_points(&config.points).map_err(probe_failure)?;
-    let reference = read_reference(&config.reference).map_err(probe_failure)?;
-    check_lengths(&config.reference, points.len(), reference.len())?;
+    let Target { points, reference } = Target::read(&config.points, &config.reference)?;
     let mut found = Convergence::default();
     for (index, solve) in config.settings.iter().enumerate() {
         let mut run = config.run.clone();

@@ -94,8 +94,24 @@ fn points_of(config: &ProbeConfig, scene: &Scene) -> Result<Vec<ProbePoint>, Cli
     }
 }
 
+/// Points at which the irradiance is known.
+pub(super) struct Target {
+    pub(super) points: Vec<ProbePoint>,
+    pub(super) reference: Vec<Reference>,
+}
+
+impl Target {
+    /// Reads both files; the first thing that is wrong with them is the error.
+    pub(super) fn read(points_file: &Path, reference_file: &Path) -> Result<Target, CliError> {
+        let points = read_points(points_file).map_err(probe_failure)?;
+        let reference = read_reference(reference_file).map_err(probe_failure)?;
+        check_lengths(reference_file, points.len(), reference.len())?;
+        Ok(Target { points, reference })
+    }
+}
+
 /// One reference value a point, or an error that names its file.
-pub(super) fn check_lengths(file: &Path, points: usize, reference: usize) -> Result<(), CliError> {
+fn check_lengths(file: &Path, points: usize, reference: usize) -> Result<(), CliError> {
     if points == reference {
         return Ok(());
     }
@@ -146,7 +162,7 @@ fn write(config: &ProbeConfig, run: &ProbeRun) -> Result<(), CliError> {
 }
 
 /// What an unusable file of points or reference values means for the caller.
-pub(super) fn probe_failure(error: ProbeError) -> CliError {
+fn probe_failure(error: ProbeError) -> CliError {
     let message = error.to_string();
     match error {
         ProbeError::Unreadable { .. } => CliError::Unreadable(message),

@@ -3,12 +3,11 @@
 use super::config::{ProfileConfig, SolveConfig};
 use super::console;
 use super::errors::CliError;
-use super::probe::{check_lengths, compared, probe_all, probe_failure};
+use super::probe::{Target, compared, probe_all};
 use super::solved::{Loaded, in_pool, link_stats, solve_options};
 use crate::gather::Gatherer;
 use crate::hierarchy::Hierarchy;
 use crate::image::write::check_destination;
-use crate::probe::{ProbePoint, Reference, read_points, read_reference};
 use crate::progress::{Progress, Silent};
 use crate::radiosity::{self, Solution, VisibilityError};
 use crate::report::profile::{Profile, ProfiledRun, Spread};
@@ -85,21 +84,6 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
     }
     console::answer(&found.table())?;
     Ok(())
-}
-
-/// Where the irradiance is known.
-struct Target {
-    points: Vec<ProbePoint>,
-    reference: Vec<Reference>,
-}
-
-impl Target {
-    fn read(points_file: &std::path::Path, reference_file: &std::path::Path) -> Result<Target, CliError> {
-        let points = read_points(points_file).map_err(probe_failure)?;
-        let reference = read_reference(reference_file).map_err(probe_failure)?;
-        check_lengths(reference_file, points.len(), reference.len())?;
-        Ok(Target { points, reference })
-    }
 }
 
 /// What was measured of one run, over all repeats.

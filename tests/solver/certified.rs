@@ -5,7 +5,7 @@ use lightshaft::hierarchy::Hierarchy;
 use lightshaft::radiosity::{Forest, Link, LinkClass, Piece, Solution};
 use lightshaft::tracer::{BruteTracer, NO_FACET, TraceMesh};
 use lightshaft::visibility::{
-    CandidateSet, Class, Inheritance, NodeEnd, Pair, Strategy, Tester, VisibilityOptions, Worker,
+    CandidateSet, Class, Inheritance, NodeEnd, Pair, Strategy, Tester, Verdict, VisibilityOptions, Worker,
 };
 
 use crate::boxes::Rectangles;
@@ -76,6 +76,33 @@ struct Proofs {
     tried: [Attack; 2],
 }
 
+fn end(leaf: &Leaf) -> NodeEnd<'_> {
+    NodeEnd::Element { polygon: &leaf.polygon, plane: leaf.plane, facet: leaf.facet }
+}
+
+/// What is found out about a pair that takes nothing over.
+fn classified(
+    tester: &Tester<'_>,
+    worker: &mut Worker,
+    receiver: &NodeEnd<'_>,
+    source: &NodeEnd<'_>,
+) -> Verdict {
+    let root = CandidateSet::root();
+    let pair = Pair {
+        receiver,
+        source,
+        seed: 7,
+        inherited: Inheritance { candidates: &root, blocker: NO_FACET },
+        subdivided: true,
+        importance: 1.0,
+        prominence: 1.0,
+        brightness: None,
+    };
+    let (verdict, narrowed) = tester.classify(worker, &pair);
+    narrowed.into_iter().for_each(|set| worker.recycle(set));
+    verdict
+}
+
 /// Classifies random pairs of elements by the shaft and by single blockers of one scene, and attacks what is
 /// proved with the rays of `judge`.
 fn prove(case: &Case, judge: &BruteTracer, pairs: usize) -> Proofs {
@@ -84,7 +111,7 @@ fn prove(case: &Case, judge: &BruteTracer, pairs: usize) -> Proofs {
     let elements = elements(&case.hierarchy, &solution.forest);
     let visibility = VisibilityOptions { strategy: Strategy::Shaft, rays: 4, certify: false };
     let tester = Tester::new(&case.hierarchy, &tracer, visibility);
-    let (root, mut worker, mut numbers) = (CandidateSet::root(), Worker::default(), Numbers(31));
+    let (mut worker, mut numbers) = (Worker::default(), Numbers(31));
     let mut found = Proofs::default();
     for _ in 0..pairs {
         let [r, s] = std::array::from_fn(|_| &elements[numbers.below(elements.len())]);
@@ -92,21 +119,7 @@ fn prove(case: &Case, judge: &BruteTracer, pairs: usize) -> Proofs {
         if !receiver.faces(&source) {
             continue;
         }
-        fn end(leaf: &Leaf) -> NodeEnd<'_> {
-            NodeEnd::Element { polygon: &leaf.polygon, plane: leaf.plane, facet: leaf.facet }
-        }
-        let pair = Pair {
-            receiver: &end(&receiver),
-            source: &end(&source),
-            seed: 7,
-            inherited: Inheritance { candidates: &root, blocker: NO_FACET },
-            subdivided: true,
-            importance: 1.0,
-            prominence: 1.0,
-            brightness: None,
-        };
-        let (verdict, narrowed) = tester.classify(&mut worker, &pair);
-        narrowed.into_iter().for_each(|set| worker.recycle(set));
+        let verdict = classified(&tester, &mut worker, &end(&receiver), &end(&source));
         if verdict.certified {
             let is_blocked = verdict.class == Class::Invisible;
             assert_ne!(verdict.class, Class::Partial, "nothing proves that a pair is partly visible");
@@ -154,29 +167,14 @@ fn prove_clusters(case: &Case, judge: &BruteTracer, pairs: usize) -> Proofs {
         (0..hierarchy.nodes.len() as u32).filter(|&n| !hierarchy.nodes[n as usize].is_leaf()).collect();
     let visibility = VisibilityOptions { strategy: Strategy::Shaft, rays: 4, certify: false };
     let tester = Tester::new(hierarchy, &tracer, visibility);
-    let (root, mut worker, mut numbers) = (CandidateSet::root(), Worker::default(), Numbers(41));
+    let (mut worker, mut numbers) = (Worker::default(), Numbers(41));
     let mut found = Proofs::default();
     for index in 0..pairs {
         let receiver = clusters[numbers.below(clusters.len())];
         let (other, element) = (clusters[numbers.below(clusters.len())], numbers.below(elements.len()));
         let element = leaf_of(&elements[element]);
-        let source = if index % 2 == 0 {
-            NodeEnd::Cluster(other)
-        } else {
-            NodeEnd::Element { polygon: &element.polygon, plane: element.plane, facet: element.facet }
-        };
-        let pair = Pair {
-            receiver: &NodeEnd::Cluster(receiver),
-            source: &source,
-            seed: 7,
-            inherited: Inheritance { candidates: &root, blocker: NO_FACET },
-            subdivided: true,
-            importance: 1.0,
-            prominence: 1.0,
-            brightness: None,
-        };
-        let (verdict, narrowed) = tester.classify(&mut worker, &pair);
-        narrowed.into_iter().for_each(|set| worker.recycle(set));
+        let source = if index % 2 == 0 { NodeEnd::Cluster(other) } else { end(&element) };
+        let verdict = classified(&tester, &mut worker, &NodeEnd::Cluster(receiver), &source);
         if !verdict.certified {
             continue;
         }
