@@ -11,9 +11,8 @@ use rayon::prelude::*;
 /// Facets smaller than this have no contacts, local extent.
 const SMALLEST: f64 = 0.02;
 
-/// A contact is at least this long, relative to the width of the facet it divides, and to the line across
-/// the facet that it lies on.
-const LEAST_CONTACT: f64 = 0.25;
+/// Shorter contacts are not looked for, local length.
+const SHORTEST: f64 = 0.02;
 
 /// Surfaces that lean less than this towards the facet (sine of the angle) lie on it, not stand.
 const LEANING: f64 = 0.1;
@@ -62,12 +61,12 @@ fn on_facet(hierarchy: &Hierarchy, facet: u32) -> Vec<Contact> {
         return contacts;
     }
     let plane = hierarchy.facets[facet as usize].plane;
-    let (bounds, least) = (polygon.bounds(), LEAST_CONTACT * width(&polygon).max(SMALLEST));
+    let bounds = polygon.bounds();
     let mut stack = vec![0u32];
     while let Some(index) = stack.pop() {
         let node = &hierarchy.nodes[index as usize];
         let (low, high) = plane.distance_range(&node.bounds);
-        if 2.0 * node.bounds.radius() < least
+        if 2.0 * node.bounds.radius() < SHORTEST
             || !node.bounds.overlaps(bounds, TOLERANCE as f32)
             || low > TOLERANCE
             || high < -TOLERANCE
@@ -80,7 +79,8 @@ fn on_facet(hierarchy: &Hierarchy, facet: u32) -> Vec<Contact> {
                 let leaning = hierarchy.facets[other as usize].plane.normal.cross(plane.normal).length();
                 if leaning > LEANING {
                     let met = meeting_line(&hierarchy.polygon(other), &plane);
-                    contacts.extend(met.and_then(|line| dividing(line, &polygon, &plane)));
+                    contacts
+                        .extend(met.and_then(|line| within(line, &polygon, &plane)).map(|(line, _)| line));
                 }
             }
             NodeKind::Leaf(_) => {}
@@ -116,8 +116,9 @@ fn meeting_line(polygon: &Polygon, plane: &Plane) -> Option<Contact> {
     ends
 }
 
-/// The part of a line inside a polygon and off its border; `None` when that does not divide the polygon.
-pub(crate) fn dividing(line: Contact, polygon: &Polygon, plane: &Plane) -> Option<Contact> {
+/// The part of a contact inside a polygon and off its border, with the length of the line across the polygon
+/// that it lies on; `None` when too little of it is inside.
+pub(crate) fn within(line: Contact, polygon: &Polygon, plane: &Plane) -> Option<(Contact, f64)> {
     let [a, b] = line;
     let along = (b - a).try_normalize()?;
     // The line is inside for positions along it between these, and beyond its ends.
@@ -136,13 +137,7 @@ pub(crate) fn dividing(line: Contact, polygon: &Polygon, plane: &Plane) -> Optio
         }
     }
     let (first, last) = (enters.max(0.0), leaves.min(a.distance(b)));
-    let least = (leaves - enters).max(width(polygon)).max(SMALLEST) * LEAST_CONTACT;
-    (last - first >= least).then(|| [a + along * first, a + along * last])
-}
-
-/// About the length of the shorter side.
-fn width(polygon: &Polygon) -> f64 {
-    polygon.area() / polygon.extent()
+    (last - first >= SHORTEST).then(|| ([a + along * first, a + along * last], leaves - enters))
 }
 
 #[cfg(test)]
@@ -163,7 +158,7 @@ mod tests {
 
     fn contact(wall: &Polygon) -> Option<Contact> {
         let (polygon, plane) = floor();
-        meeting_line(wall, &plane).and_then(|line| dividing(line, &polygon, &plane))
+        meeting_line(wall, &plane).and_then(|line| within(line, &polygon, &plane)).map(|(line, _)| line)
     }
 
     #[test]
@@ -176,7 +171,7 @@ mod tests {
 
     #[test]
     fn a_wall_at_the_border_above_the_floor_or_too_short_does_not() {
-        for other in [wall(1.0, 0.0, 1.0), wall(0.0, 0.1, 1.0), wall(0.0, 0.0, 0.1), wall(1.5, 0.0, 1.0)] {
+        for other in [wall(1.0, 0.0, 1.0), wall(0.0, 0.1, 1.0), wall(0.0, 0.0, 0.009), wall(1.5, 0.0, 1.0)] {
             assert!(contact(&other).is_none(), "{other:?}");
         }
     }

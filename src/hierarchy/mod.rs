@@ -9,7 +9,7 @@ mod frame;
 mod mesh;
 mod tree;
 
-pub(crate) use contacts::dividing;
+pub(crate) use contacts::within;
 pub use contacts::{Contact, Contacts};
 pub use elements::{ElementTree, Side};
 pub use facets::Facet;

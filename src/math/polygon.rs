@@ -120,16 +120,21 @@ impl Polygon {
         }
     }
 
-    /// Whether `point`, in the polygon's plane, lies in the first of its `halves` rather than the second:
-    /// which side of the cut it is on.
-    pub fn is_in_first_half(halves: &[Polygon; 2], point: DVec3, normal: DVec3) -> bool {
+    /// The line along which `halves` were cut; the first lies to its left.
+    pub fn cut_of(halves: &[Polygon; 2]) -> (DVec3, DVec3) {
         let v = halves[0].vertices();
         // A quadrilateral is cut from its second corner to its third, all others from last to first.
-        let (start, end) = if v.len() == 4 && halves[1].count == 4 && v[1] == halves[1].points[0] {
+        if v.len() == 4 && halves[1].count == 4 && v[1] == halves[1].points[0] {
             (v[1], v[2])
         } else {
             (v[v.len() - 1], v[0])
-        };
+        }
+    }
+
+    /// Whether `point`, in the polygon's plane, lies in the first of its `halves` rather than the second:
+    /// which side of the cut it is on.
+    pub fn is_in_first_half(halves: &[Polygon; 2], point: DVec3, normal: DVec3) -> bool {
+        let (start, end) = Polygon::cut_of(halves);
         (end - start).cross(point - start).dot(normal) >= 0.0
     }
 

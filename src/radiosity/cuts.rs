@@ -1,20 +1,28 @@
 //! How elements are divided: along the lines where other surfaces stand on their facet first, then in
 //! halves. \[LTG93\]
 
-use crate::hierarchy::{Contact, Hierarchy, TOLERANCE, dividing};
+use crate::hierarchy::{Contact, Hierarchy, TOLERANCE, within};
 use crate::math::{MAX_VERTICES, Plane, Polygon};
 use glam::DVec3;
 
 /// No further cut: divided in halves.
 pub(super) const NO_CUT: u32 = u32::MAX;
 
-/// A facet is cut into at most two to the power of this many parts.
+/// A facet is cut into at most two to the power of this many cells.
 const DEEPEST: u32 = 6;
+
+/// No cuts further down than this.
+const DEEPEST_HALVED: u32 = 20;
+
+/// An element is cut along a contact that is at least this long, relative to its width and to the line across
+/// it that the contact lies on.
+const LEAST_CONTACT: f64 = 0.25;
 
 /// A cut leaves at least this share of the area on each side.
 const LEAST_SHARE: f64 = 1e-4;
 
-/// The first cuts of all facets.
+/// How elements are divided where something stands on them: the long contacts cut a facet into cells, the
+/// short ones the elements that have come down to their size.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Cuts {
     cuts: Vec<Cut>,
@@ -26,6 +34,8 @@ pub(super) struct Cuts {
 struct Cut {
     /// The first part lies in front.
     plane: Plane,
+    /// Whether it divides cells.
+    between_cells: bool,
     /// The next cuts of both parts.
     below: [u32; 2],
 }
@@ -54,13 +64,9 @@ impl Cuts {
     pub(super) fn of(hierarchy: &Hierarchy) -> Cuts {
         let mut cuts = Cuts::default();
         for facet in 0..hierarchy.facets.len() as u32 {
+            let plane = hierarchy.facets[facet as usize].plane;
             let contacts = hierarchy.contacts.on(facet);
-            let first = if contacts.is_empty() {
-                NO_CUT
-            } else {
-                let plane = hierarchy.facets[facet as usize].plane;
-                cuts.add(&hierarchy.polygon(facet), &plane, contacts, 0)
-            };
+            let first = cuts.add(&hierarchy.polygon(facet), &plane, contacts, DEEPEST, 0);
             cuts.of_facet.push(first);
         }
         cuts
@@ -69,6 +75,11 @@ impl Cuts {
     /// The first cut of a facet.
     pub(super) fn first(&self, facet: u32) -> u32 {
         self.of_facet[facet as usize]
+    }
+
+    /// Whether both sides of a cut are cells of their own, or more than one.
+    pub(super) fn is_between_cells(&self, cut: u32) -> bool {
+        self.cuts.get(cut as usize).is_some_and(|cut| cut.between_cells)
     }
 
     /// Divides a polygon by a cut, or in halves.
@@ -81,20 +92,35 @@ impl Cuts {
         Division { parts: polygon.bisect(), cuts: [NO_CUT; 2], plane: None }
     }
 
-    fn add(&mut self, polygon: &Polygon, plane: &Plane, contacts: &[Contact], depth: u32) -> u32 {
-        let inside: Vec<Contact> =
-            contacts.iter().filter_map(|&line| dividing(line, polygon, plane)).collect();
-        let length = |line: &Contact| line[0].distance_squared(line[1]);
-        let longest = inside.iter().max_by(|a, b| length(a).total_cmp(&length(b)));
-        let Some([a, b]) = longest.filter(|_| depth < DEEPEST) else { return NO_CUT };
-        let across = Plane::through(*a, (*b - *a).cross(plane.normal).normalize_or_zero());
-        let Some(parts) = parted(polygon, &across) else { return NO_CUT };
-        let index = self.cuts.len();
-        self.cuts.push(Cut { plane: across, below: [NO_CUT; 2] });
-        for (i, part) in parts.iter().enumerate() {
-            let below = self.add(part, plane, &inside, depth + 1);
-            self.cuts[index].below[i] = below;
+    /// Adds the cuts of a polygon, unless there are none; `cells` is how often it may be cut into cells.
+    fn add(&mut self, polygon: &Polygon, plane: &Plane, contacts: &[Contact], cells: u32, depth: u32) -> u32 {
+        let inside: Vec<(Contact, f64)> =
+            contacts.iter().filter_map(|&line| within(line, polygon, plane)).collect();
+        if inside.is_empty() || depth == DEEPEST_HALVED {
+            return NO_CUT;
         }
+        let width = polygon.area() / polygon.extent();
+        let length = |line: &Contact| line[0].distance(line[1]);
+        let long = inside.iter().filter(|(line, chord)| length(line) >= LEAST_CONTACT * chord.max(width));
+        let longest = long.map(|(line, _)| *line).max_by(|a, b| length(a).total_cmp(&length(b)));
+        let (from, to) = match longest {
+            Some([a, b]) => (a, b),
+            // None of them divides all of it, but one may divide a half.
+            None => Polygon::cut_of(&polygon.bisect()),
+        };
+        let across = Plane::through(from, plane.normal.cross(to - from).normalize_or_zero());
+        let Some(parts) = parted(polygon, &across) else { return NO_CUT };
+        let between_cells = longest.is_some() && cells > 0;
+        let cells = if between_cells { cells - 1 } else { 0 };
+        let lines: Vec<Contact> = inside.into_iter().map(|(line, _)| line).collect();
+        let index = self.cuts.len();
+        self.cuts.push(Cut { plane: across, between_cells, below: [NO_CUT; 2] });
+        let below = parts.map(|part| self.add(&part, plane, &lines, cells, depth + 1));
+        if longest.is_none() && below == [NO_CUT; 2] {
+            self.cuts.truncate(index);
+            return NO_CUT;
+        }
+        self.cuts[index].below = below;
         index as u32
     }
 }

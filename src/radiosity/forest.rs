@@ -1,6 +1,6 @@
 //! All elements: a tree for each side of each facet, numbered in depth-first order.
 
-use super::cuts::{Cuts, Division, NO_CUT};
+use super::cuts::{Cuts, Division};
 use crate::hierarchy::{ElementTree, Hierarchy, Side};
 use crate::math::{Plane, Polygon, hash_pair};
 use crate::tracer::{Hit, Ray};
@@ -72,7 +72,7 @@ impl<'a> Piece<'a> {
             side: self.side,
             key: hash_pair(self.key, half as u64 + 1),
             cut: division.cuts[half],
-            cell: if self.cut == NO_CUT { self.cell } else { tree.id() },
+            cell: if forest.cuts.is_between_cells(self.cut) { tree.id() } else { self.cell },
         }
     }
 
@@ -105,7 +105,7 @@ impl Forest {
         for side in 0..forest.trees.len() {
             let mut stack = vec![forest.root(hierarchy, side)];
             while let Some(piece) = stack.pop() {
-                if piece.cut != NO_CUT {
+                if forest.cuts.is_between_cells(piece.cut) {
                     stack.extend(piece.halves(&forest));
                 }
             }
@@ -229,7 +229,7 @@ impl Forest {
                 if let Some([a, b]) = tree.halves() {
                     let Division { parts: [first_half, second_half], cuts, .. } =
                         self.cuts.divide(&polygon, cut);
-                    let below = (cut == NO_CUT).then_some(own_cell);
+                    let below = (!self.cuts.is_between_cells(cut)).then_some(own_cell);
                     stack.push((b, second_half, cuts[1], below, Some(id)));
                     stack.push((a, first_half, cuts[0], below, None));
                 }
