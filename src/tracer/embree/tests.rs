@@ -156,7 +156,10 @@ fn rays_hit_the_first_facet_and_name_its_triangle() {
         tracer.first_hits(&rays, &mut hits);
         for (i, hit) in hits.iter().enumerate() {
             let expected = [Some((0, 0.5)), Some((1, 0.5)), Some((2, 0.5)), None][i % 4];
-            assert_eq!(hit.map(|hit| (hit.facet, hit.t)), expected);
+            assert_eq!(hit.map(|hit| hit.facet), expected.map(|(facet, _)| facet));
+            // Embree's code for some processors divides with the last bit wrong.
+            let off = hit.zip(expected).map_or(0.0, |(hit, (_, t))| (hit.t - t).abs());
+            assert!(off <= f32::EPSILON, "off by {off}");
             // (0.3, 0.1) is on the first triangle of each square.
             assert!(hit.is_none_or(|hit| hit.triangle == 2 * hit.facet));
         }
