@@ -9,7 +9,7 @@ mod solving;
 use glam::DVec3;
 use lightshaft::hierarchy::{Hierarchy, NodeKind, TOLERANCE};
 use lightshaft::math::{Plane, Polygon};
-use lightshaft::shaft::{End, Shaft, intervals_of};
+use lightshaft::shaft::{End, MOST_FOUND, Shaft, intervals_of, large_facets_on};
 use solving::Case;
 
 const SCENES: [&str; 2] = ["cornell-box", "paper-2"];
@@ -336,5 +336,42 @@ fn a_node_dropped_from_the_inheritance_is_noticed() {
         });
         println!("{name}: {found:?}");
         assert!(found.differing > 500, "{name}: {found:?}");
+    }
+}
+
+/// The search for blockers finds what looking at every facet finds.
+#[test]
+fn large_facets_on_a_segment_are_found() {
+    for name in SCENES {
+        let hierarchy = Case::load(name).hierarchy;
+        let mut numbers = Numbers(51);
+        let (mut named, mut most) = (0, 0);
+        for _ in 0..2000 {
+            let mut middle = || Node::random(&hierarchy, &mut numbers).point(&hierarchy, &mut numbers);
+            let (from, to, least) = (middle(), middle(), 0.05 + 0.3 * numbers.next());
+            let is_met = |facet: &u32| {
+                let plane = &hierarchy.facets[*facet as usize].plane;
+                let (a, b) = (plane.distance(from), plane.distance(to));
+                a * b < 0.0
+                    && hierarchy.polygon(*facet).outside_distance(from.lerp(to, a / (a - b)), plane.normal)
+                        <= 0.0
+                    && hierarchy.nodes[hierarchy.leaf(*facet) as usize].bounds.radius() >= least
+            };
+            let met: Vec<u32> = (0..hierarchy.facets.len() as u32).filter(is_met).collect();
+            let (found, count) = large_facets_on(&hierarchy, [from, to], least);
+            let found = &found[..count];
+            let area = |facet: u32| hierarchy.nodes[hierarchy.leaf(facet) as usize].area;
+            assert_eq!(found.len(), met.len().min(MOST_FOUND), "{name}: {found:?} of {met:?}");
+            assert!(found.iter().all(|facet| met.contains(facet)), "{name}: {found:?} of {met:?}");
+            assert!(found.is_sorted_by(|&a, &b| area(a) >= area(b)), "{name}: {found:?}");
+            let larger = |facet: &&u32| area(**facet) > found.last().map_or(0.0, |&last| area(last));
+            assert!(
+                met.iter().filter(larger).all(|facet| found.contains(facet)),
+                "{name}: {found:?} of {met:?}"
+            );
+            named += count;
+            most = most.max(count);
+        }
+        assert!(named > 1000 && most > 1, "{name}: {named} found, {most} at a time");
     }
 }

@@ -4,33 +4,88 @@
 //! so does every segment between the nodes: for a fixed point, the points a convex set hides from it
 //! form a convex set, so the corners of one node decide for all of it, and then the same argument
 //! holds for the other node.
+//!
+//! Nodes may touch the facet, as a floor touches the wall that stands on it; what lies in its plane sees past
+//! it and is not hidden.
 
-use crate::hierarchy::TOLERANCE;
-use crate::math::{Plane, Polygon};
+use crate::hierarchy::{Hierarchy, NodeKind, TOLERANCE};
+use crate::math::{MAX_VERTICES, Plane, Polygon};
 use glam::DVec3;
 
-/// Crossings nearer than this to an end of a segment, relative to its length, do not block: rays
-/// leave out a little less at both ends, so that a proof never contradicts them.
-pub(super) const END_MARGIN: f64 = 2e-4;
+/// Crossings this far off the facet are on it: less than what counts as outside a shaft.
+const SLACK: f64 = 0.5 * TOLERANCE;
+
+/// Most nodes of an end looked at for facets in a plane.
+const MOST_NODES: u32 = 64;
 
 /// Whether the facet blocks every segment from a corner of the receiver to a corner of the source.
 pub fn blocks_all(facet: &Polygon, plane: &Plane, receiver: &[DVec3], source: &[DVec3]) -> bool {
-    // All of one node on one side and all of the other on the other, by more than rounding.
-    let side = plane.distance(receiver[0]);
-    let separated = receiver.iter().all(|&p| plane.distance(p) * side.signum() > TOLERANCE)
-        && source.iter().all(|&p| plane.distance(p) * side.signum() < -TOLERANCE);
-    if !separated {
-        return false;
+    let mut outward = [DVec3::ZERO; MAX_VERTICES];
+    for (outward, (start, end)) in outward.iter_mut().zip(facet.edges()) {
+        *outward = (end - start).cross(plane.normal).normalize_or_zero();
     }
-    receiver.iter().all(|&a| {
-        let da = plane.distance(a);
-        source.iter().all(|&b| {
-            let t = da / (da - plane.distance(b));
-            let at = a + (b - a) * t;
-            (END_MARGIN..=1.0 - END_MARGIN).contains(&t)
-                && facet.edges().all(|(start, end)| plane.normal.dot((end - start).cross(at - start)) >= 0.0)
-        })
+    let sides = facet.vertices().iter().zip(&outward);
+    all_crossings(plane, receiver, source, |at| {
+        sides.clone().all(|(&start, outward)| outward.dot(at - start) <= SLACK)
     })
+}
+
+/// Whether something is true of every point in which a segment from a corner of the receiver to a corner of the
+/// source crosses a plane; `false` when the plane does not part them.
+pub(super) fn all_crossings(
+    plane: &Plane,
+    receiver: &[DVec3],
+    source: &[DVec3],
+    mut is_true: impl FnMut(DVec3) -> bool,
+) -> bool {
+    // Heights of the receiver above the plane, of the source below it.
+    let farthest = receiver.iter().map(|&p| plane.distance(p)).max_by(|a, b| a.abs().total_cmp(&b.abs()));
+    let side = farthest.unwrap_or(0.0).signum();
+    let above = |p: DVec3| plane.distance(p) * side;
+    let below = |p: DVec3| -plane.distance(p) * side;
+    let parts = receiver.iter().all(|&p| above(p) >= -TOLERANCE)
+        && source.iter().all(|&p| below(p) >= -TOLERANCE)
+        && receiver.iter().any(|&p| above(p) > TOLERANCE)
+        && source.iter().any(|&p| below(p) > TOLERANCE);
+    parts
+        && receiver.iter().all(|&a| {
+            let height = above(a).max(0.0);
+            source.iter().all(|&b| {
+                let whole = height + below(b).max(0.0);
+                if whole > TOLERANCE {
+                    is_true(a + (b - a) * (height / whole))
+                } else {
+                    is_true(a) && is_true(b)
+                }
+            })
+        })
+}
+
+/// Whether some facet below a node lies in a plane, or may.
+pub fn has_facet_in(hierarchy: &Hierarchy, node: u32, plane: &Plane) -> bool {
+    let mut stack = vec![node];
+    let mut looked_at = 0;
+    while let Some(index) = stack.pop() {
+        looked_at += 1;
+        if looked_at > MOST_NODES {
+            return true;
+        }
+        let node = &hierarchy.nodes[index as usize];
+        let (low, high) = plane.distance_range(&node.bounds);
+        if low > TOLERANCE || high < -TOLERANCE {
+            continue;
+        }
+        match node.kind(index) {
+            NodeKind::Cluster(children) => stack.extend(children),
+            NodeKind::Leaf(facet) => {
+                let polygon = hierarchy.polygon(facet);
+                if polygon.vertices().iter().all(|&v| plane.distance(v).abs() <= TOLERANCE) {
+                    return true;
+                }
+            }
+        }
+    }
+    false
 }
 
 #[cfg(test)]

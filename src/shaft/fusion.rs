@@ -5,7 +5,7 @@
 //! inside the convex hull of where the segments between their corners do: seen from a point, the image of a
 //! convex set on a plane is convex. Where facets in the plane cover that hull without a gap, nothing gets through.
 
-use super::blocker::END_MARGIN;
+use super::blocker::all_crossings;
 use crate::hierarchy::{Hierarchy, NodeKind, TOLERANCE};
 use crate::math::{Aabb, MAX_VERTICES, Plane, Polygon};
 use glam::{DVec2, DVec3};
@@ -131,30 +131,21 @@ impl Piece {
 }
 
 /// Where segments cross the plane between two nodes: a piece around all of it, or `None` when some segment does
-/// not cross it well between its ends.
+/// not.
 fn hull_of_crossings(plane: &Plane, view: &View, receiver: &[DVec3], source: &[DVec3]) -> Option<Piece> {
-    let side = plane.distance(receiver[0]).signum();
-    let apart = receiver.iter().all(|&p| plane.distance(p) * side > TOLERANCE)
-        && source.iter().all(|&p| plane.distance(p) * side < -TOLERANCE);
-    if !apart {
-        return None;
-    }
     // The octagon around all crossings, along the axes and between them: no smaller than their hull.
     let directions = [DVec2::X, DVec2::Y, DVec2::new(1.0, 1.0), DVec2::new(1.0, -1.0)];
     let mut ranges = [[f64::MAX, f64::MIN]; 4];
-    for &a in receiver {
-        let da = plane.distance(a);
-        for &b in source {
-            let t = da / (da - plane.distance(b));
-            if !(END_MARGIN..=1.0 - END_MARGIN).contains(&t) {
-                return None;
-            }
-            let crossing = view.flat(a + (b - a) * t);
-            for ([low, high], direction) in ranges.iter_mut().zip(directions) {
-                let at = direction.dot(crossing);
-                (*low, *high) = (low.min(at), high.max(at));
-            }
+    let is_crossed = all_crossings(plane, receiver, source, |crossing| {
+        let crossing = view.flat(crossing);
+        for ([low, high], direction) in ranges.iter_mut().zip(directions) {
+            let at = direction.dot(crossing);
+            (*low, *high) = (low.min(at), high.max(at));
         }
+        true
+    });
+    if !is_crossed {
+        return None;
     }
     // What is as narrow as rounding would pass for covered.
     if ranges.iter().any(|[low, high]| high - low < 4.0 * TOLERANCE) {

@@ -7,8 +7,10 @@ mod cull;
 mod fusion;
 #[cfg(test)]
 mod planted;
+mod search;
 
-pub use blocker::blocks_all;
+pub use blocker::{blocks_all, has_facet_in};
 pub use build::{End, Shaft};
 pub use cull::{Culled, Placement, intervals_of};
 pub use fusion::blocks_together;
+pub use search::{MOST_FOUND, large_facets_on};

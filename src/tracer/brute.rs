@@ -2,7 +2,7 @@
 //! disagreements and serves the strategy that has no tree.
 
 use super::triangle::Probe;
-use super::{Candidates, ENDPOINT_EPSILON, FilterAudit, Hit, NO_FACET, Ray, Segment, TraceMesh, Tracer};
+use super::{Candidates, FilterAudit, Hit, NO_FACET, Ray, Segment, TraceMesh, Tracer};
 
 /// Tests all triangles for every query.
 #[derive(Debug)]
@@ -29,8 +29,8 @@ impl Tracer for BruteTracer {
         blockers: &mut [u32],
         audit: &mut FilterAudit,
     ) {
-        let (near, far) = (ENDPOINT_EPSILON as f64, 1.0 - ENDPOINT_EPSILON as f64);
         for (segment, blocker) in segments.iter().zip(blockers) {
+            let [near, far] = segment.open_part().map(f64::from);
             let probe = Probe::new(segment.from, segment.to - segment.from);
             *blocker = (0..self.mesh.triangles.len() as u32)
                 .filter(|&t| probe.meet(&self.mesh, t).is_some_and(|t| t > near && t < far))

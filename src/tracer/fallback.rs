@@ -2,7 +2,7 @@
 //! compressed tree (`obvhs`) with the triangle test of this room.
 
 use super::triangle::Probe;
-use super::{Candidates, ENDPOINT_EPSILON, FilterAudit, Hit, NO_FACET, Ray, Segment, TraceMesh, Tracer};
+use super::{Candidates, FilterAudit, Hit, NO_FACET, Ray, Segment, TraceMesh, Tracer};
 use crate::math::Aabb;
 use glam::{Vec3, Vec3A};
 use obvhs::cwbvh::{CwBvh, builder::build_cwbvh};
@@ -10,6 +10,9 @@ use std::time::Duration;
 
 /// Boxes are grown by this much, local units: a few roundings of the box test.
 const BOX_MARGIN: f32 = 1e-6;
+
+/// See [`FallbackTracer::tree_ray`].
+const STRETCH: f32 = 1024.0;
 
 /// Traces through an eight-wide tree of boxes.
 pub struct FallbackTracer {
@@ -38,19 +41,19 @@ impl FallbackTracer {
         FallbackTracer { tree, mesh: mesh.clone() }
     }
 
-    /// A ray as the tree takes it. Distances are in units of `direction / stretch`.
+    /// A ray as the tree takes it. Distances are in units of `direction / STRETCH`.
     ///
     /// The tree passes over boxes it leaves before 1e-4, so distances are stretched to make that
     /// nothing; and its own inverse of a direction takes −0 for negative, so it is computed here.
-    fn tree_ray(origin: Vec3, direction: Vec3, stretch: f32, far: f32) -> obvhs::ray::Ray {
-        let direction = Vec3A::from(direction) / stretch;
+    fn tree_ray(origin: Vec3, direction: Vec3, far: f32) -> obvhs::ray::Ray {
+        let direction = Vec3A::from(direction) / STRETCH;
         let inverse = |x: f32| if x.abs() < 1e-18 { 1e18 } else { 1.0 / x };
         obvhs::ray::Ray {
             origin: Vec3A::from(origin),
             direction,
             inv_direction: Vec3A::new(inverse(direction.x), inverse(direction.y), inverse(direction.z)),
             tmin: 0.0,
-            tmax: far * stretch,
+            tmax: far * STRETCH,
         }
     }
 }
@@ -68,11 +71,11 @@ impl Tracer for FallbackTracer {
         audit: &mut FilterAudit,
     ) {
         debug_assert!(segments.len() <= super::PACKET && segments.len() == blockers.len());
-        let (near, far) = (ENDPOINT_EPSILON as f64, 1.0 - ENDPOINT_EPSILON as f64);
         for (segment, blocker) in segments.iter().zip(blockers) {
+            let [near, far] = segment.open_part().map(f64::from);
             let direction = segment.to - segment.from;
             let probe = Probe::new(segment.from, direction);
-            let ray = FallbackTracer::tree_ray(segment.from, direction, 16.0, 1.0);
+            let ray = FallbackTracer::tree_ray(segment.from, direction, 1.0);
             *blocker = NO_FACET;
             self.tree.ray_traverse_miss(ray, |_, slot| {
                 let triangle = self.tree.primitive_indices[slot];
@@ -94,8 +97,7 @@ impl Tracer for FallbackTracer {
     fn first_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         for (ray, hit) in rays.iter().zip(hits) {
             let probe = Probe::new(ray.origin, ray.direction);
-            const STRETCH: f32 = 1024.0;
-            let stretched = FallbackTracer::tree_ray(ray.origin, ray.direction, STRETCH, 1e30);
+            let stretched = FallbackTracer::tree_ray(ray.origin, ray.direction, 1e30);
             let mut record = obvhs::ray::RayHit::none();
             *hit = None;
             self.tree.ray_traverse(stretched, &mut record, |current, slot| {

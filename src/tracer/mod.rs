@@ -1,8 +1,8 @@
 //! Ray queries: is a segment blocked, by what, and what does a ray hit first. One trait, and behind
 //! it Embree, a pure-Rust tracer and an exhaustive f64 referee.
 //!
-//! **Endpoint rule** (the same for all): a segment is open; it is blocked by a hit at
-//! `t` in `(ENDPOINT_EPSILON, 1 − ENDPOINT_EPSILON)` of its length.
+//! **Endpoint rule** (the same for all): a segment is open; it is blocked by a hit further than
+//! [`END_MARGIN`] from both ends ([`Segment::open_part`]).
 //! **Id rule**: a segment is never blocked by a facet named in its `skip`.
 //! **Candidate rule**: a hit on a facet outside the candidates does not count; it is reported to the
 //! audit.
@@ -23,8 +23,8 @@ use glam::Vec3;
 /// No facet: the segment is clear, or the slot of `skip` is not used.
 pub const NO_FACET: u32 = u32::MAX;
 
-/// Relative length at both ends of a segment in which nothing is hit.
-pub const ENDPOINT_EPSILON: f32 = 1e-4;
+/// Length at both ends of a segment in which nothing is hit, local units: some roundings.
+pub const END_MARGIN: f32 = 1e-5;
 
 /// Most segments in one call of [`Tracer::blockers`].
 pub const PACKET: usize = 16;
@@ -38,6 +38,15 @@ pub struct Segment {
     pub to: Vec3,
     /// Facets the end points lie on: never a blocker. [`NO_FACET`] when unused.
     pub skip: [u32; 2],
+}
+
+impl Segment {
+    /// Between which shares of its length a segment is blocked by a hit: the endpoint rule.
+    #[inline]
+    pub fn open_part(&self) -> [f32; 2] {
+        let margin = (END_MARGIN / self.from.distance(self.to)).min(0.5);
+        [margin, 1.0 - margin]
+    }
 }
 
 /// Which facets may block.

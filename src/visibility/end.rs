@@ -38,6 +38,14 @@ impl NodeEnd<'_> {
         }
     }
 
+    /// Radius of a sphere around it.
+    pub(super) fn radius(&self, hierarchy: &Hierarchy) -> f64 {
+        match self {
+            NodeEnd::Element { polygon, .. } => polygon.extent() * 0.5,
+            NodeEnd::Cluster(node) => hierarchy.nodes[*node as usize].bounds.radius(),
+        }
+    }
+
     /// For points on it.
     pub(super) fn sampler(&self) -> EndSampler<'_> {
         match self {

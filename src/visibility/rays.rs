@@ -4,11 +4,8 @@ use super::test::Worker;
 use super::{Brightness, Pair, Tester};
 use crate::math::PairSequence;
 use crate::shaft::Shaft;
-use crate::tracer::{Candidates, ENDPOINT_EPSILON, FilterAudit, Interval, NO_FACET, PACKET, Ray, Segment};
+use crate::tracer::{Candidates, FilterAudit, Interval, NO_FACET, PACKET, Segment};
 use glam::DVec3;
-
-/// Most different blockers of one pair that are named.
-const MOST_NAMED: usize = 4;
 
 /// Most pairs of points tried to find two that face each other.
 const MOST_TRIED: u32 = 256;
@@ -171,29 +168,6 @@ impl Tester<'_> {
             counters.border_hits += audit.outsiders.saturating_sub(anomalies);
         }
         met
-    }
-
-    /// Some of the facets the last packet of rays met first, the receiver's side first. Which of several
-    /// blockers [`Tracer::blockers`](crate::tracer::Tracer::blockers) names is up to the tracer; these are
-    /// not.
-    pub(super) fn first_blockers(&self, worker: &mut Worker) -> impl Iterator<Item = u32> + Clone + use<> {
-        let mut rays = [Ray { origin: glam::Vec3::ZERO, direction: glam::Vec3::ONE }; PACKET];
-        for (ray, segment) in rays.iter_mut().zip(&worker.segments) {
-            let direction = segment.to - segment.from;
-            *ray = Ray { origin: segment.from + direction * ENDPOINT_EPSILON, direction };
-        }
-        let count = worker.segments.len();
-        let mut hits = [None; PACKET];
-        self.tracer_for_rays().first_hits(&rays[..count], &mut hits[..count]);
-        worker.counters.rays_cast += count as u64;
-        let mut named = [NO_FACET; MOST_NAMED];
-        for (hit, segment) in hits.iter().flatten().zip(&worker.segments) {
-            let is_new = !segment.skip.contains(&hit.facet) && !named.contains(&hit.facet);
-            if let (true, Some(free)) = (is_new, named.iter_mut().find(|facet| **facet == NO_FACET)) {
-                *free = hit.facet;
-            }
-        }
-        named.into_iter().filter(|&facet| facet != NO_FACET)
     }
 
     /// All facets that block one of the last rays.

@@ -3,7 +3,9 @@
 use super::rays::{RayCount, Sighting};
 use super::{NodeEnd, Strategy, VisibilityCounters, VisibilityOptions};
 use crate::hierarchy::{Hierarchy, Interval};
-use crate::shaft::{Shaft, blocks_all, blocks_together, intervals_of};
+use crate::shaft::{
+    MOST_FOUND, Shaft, blocks_all, blocks_together, has_facet_in, intervals_of, large_facets_on,
+};
 use crate::tracer::{BruteTracer, Candidates, NO_FACET, Segment, Tracer};
 use glam::DVec3;
 use std::time::Instant;
@@ -16,6 +18,10 @@ const MATTERS: f64 = 1.0;
 
 /// How many times the rays links that draw a shadow get.
 const SHADOW_RAYS: f64 = 4.0;
+
+/// Facets at least this large, by their radius and that of the smaller end, are tried as blockers: alone they
+/// have to be larger, together with others in their plane they need not.
+const LARGE: f64 = 0.5;
 
 /// Node tests `adaptive` may spend on one shaft.
 const ADAPTIVE_ALLOWANCE: u64 = 512;
@@ -234,9 +240,10 @@ impl<'a> Tester<'a> {
         }
         match verdict.class {
             Class::Invisible => {
-                let met_first = self.first_blockers(worker);
-                verdict.blocker = met_first.clone().next().unwrap_or(NO_FACET);
-                match self.single_blocker(worker, pair, met_first) {
+                let (found, count) = self.large_facets_between(pair);
+                let found = found[..count].iter().copied();
+                verdict.blocker = found.clone().next().unwrap_or(NO_FACET);
+                match self.single_blocker(worker, pair, found) {
                     Some(blocker) => (Verdict::proved(Class::Invisible, blocker), None),
                     None => (verdict, None),
                 }
@@ -309,6 +316,13 @@ impl<'a> Tester<'a> {
         self.cast(worker, pair, count, false, candidates, shaft)
     }
 
+    /// Facets between the middles of a pair that are large enough to block it, perhaps with others.
+    fn large_facets_between(&self, pair: &Pair<'_>) -> ([u32; MOST_FOUND], usize) {
+        let middles = [pair.receiver, pair.source].map(|end| end.center(self.hierarchy));
+        let radii = [pair.receiver, pair.source].map(|end| end.radius(self.hierarchy));
+        large_facets_on(self.hierarchy, middles, LARGE * radii[0].min(radii[1]))
+    }
+
     /// Builds the pair's shaft and narrows the inherited candidates.
     fn cull(&self, worker: &mut Worker, pair: &Pair<'_>, allowance: u64) -> (Shaft, CandidateSet) {
         let shaft =
@@ -339,16 +353,22 @@ impl<'a> Tester<'a> {
         let a_count = pair.receiver.shaft_end(self.hierarchy).corners(&mut a);
         let b_count = pair.source.shaft_end(self.hierarchy).corners(&mut b);
         let (a, b) = (&a[..a_count], &b[..b_count]);
-        let alone = |facet: &u32| {
-            let plane = &self.hierarchy.facets[*facet as usize].plane;
-            blocks_all(&self.hierarchy.polygon(*facet), plane, a, b)
+        let plane = |facet: u32| &self.hierarchy.facets[facet as usize].plane;
+        let is_hidden = |facet: u32| {
+            [pair.receiver, pair.source].iter().all(|end| match end {
+                NodeEnd::Cluster(node) => !has_facet_in(self.hierarchy, *node, plane(facet)),
+                NodeEnd::Element { .. } => true,
+            })
         };
+        let alone =
+            |&facet: &u32| blocks_all(&self.hierarchy.polygon(facet), plane(facet), a, b) && is_hidden(facet);
         let blocker = facets.clone().find(alone);
         if let Some(blocker) = blocker {
             worker.counters.single_blockers += 1;
             return Some(blocker);
         }
-        let blocker = facets.clone().find(|&facet| blocks_together(self.hierarchy, facet, a, b))?;
+        let together = |&facet: &u32| blocks_together(self.hierarchy, facet, a, b) && is_hidden(facet);
+        let blocker = facets.clone().find(together)?;
         worker.counters.fused_blockers += 1;
         Some(blocker)
     }

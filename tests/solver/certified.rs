@@ -11,7 +11,7 @@ use lightshaft::visibility::{
 use crate::boxes::Rectangles;
 use crate::comparison::for_each_element;
 use crate::covered_pairs::Leaf;
-use crate::proofs::{Attack, attack};
+use crate::proofs::{Attack, Claim, attack};
 use crate::segments::Numbers;
 use crate::solving::{Case, OWN_SCENES, options};
 
@@ -46,7 +46,7 @@ fn attack_links(case: &Case, solution: &Solution, chosen: impl Fn(&Link) -> bool
         // A few links very closely, all others for a moment. Segments that graze an edge come in crowds, on few
         // links: their share is that of many links, not of the few that are looked at closely.
         let count = if index % (chosen.len() / 128).max(1) == 0 { 2000 } else { 128 };
-        sum += attack(&judge, &receiver, &source, false, count, &mut numbers);
+        sum += attack(&case.hierarchy, &judge, &receiver, &source, Claim::Clear, count, &mut numbers);
     }
     (chosen.len(), sum)
 }
@@ -60,8 +60,7 @@ fn links_certified_visible_are_never_blocked() {
             let solution = case.solve(&case.fallback(), &options(strategy));
             let (links, found) = attack_links(&case, &solution, |l| l.class == LinkClass::CertifiedVisible);
             println!("{name} {}: {links} links certified visible, {found:?}", strategy.name());
-            assert_eq!(found.refuted, 0, "{name} {}: {found:?}", strategy.name());
-            assert!(found.against <= found.segments / 10_000, "{name} {}: {found:?}", strategy.name());
+            assert_eq!(found.against, 0, "{name} {}: {found:?}", strategy.name());
             assert!(strategy == Strategy::Adaptive || links > 100, "{name}: {links} proofs");
             by_adaptive += if strategy == Strategy::Adaptive { links } else { 0 };
         }
@@ -103,6 +102,14 @@ fn classified(
     verdict
 }
 
+/// What a proof claims.
+fn claim(hierarchy: &Hierarchy, verdict: &Verdict) -> Claim {
+    match verdict.blocker {
+        NO_FACET => Claim::Clear,
+        blocker => Claim::BlockedAt(hierarchy.facets[blocker as usize].plane),
+    }
+}
+
 /// Classifies random pairs of elements by the shaft and by single blockers of one scene, and attacks what is
 /// proved with the rays of `judge`.
 fn prove(case: &Case, judge: &BruteTracer, pairs: usize) -> Proofs {
@@ -124,8 +131,15 @@ fn prove(case: &Case, judge: &BruteTracer, pairs: usize) -> Proofs {
             let is_blocked = verdict.class == Class::Invisible;
             assert_ne!(verdict.class, Class::Partial, "nothing proves that a pair is partly visible");
             found.proved[usize::from(is_blocked)] += 1;
-            found.tried[usize::from(is_blocked)] +=
-                attack(judge, &receiver, &source, is_blocked, 50, &mut numbers);
+            found.tried[usize::from(is_blocked)] += attack(
+                &case.hierarchy,
+                judge,
+                &receiver,
+                &source,
+                claim(&case.hierarchy, &verdict),
+                50,
+                &mut numbers,
+            );
         }
     }
     found
@@ -189,7 +203,7 @@ fn prove_clusters(case: &Case, judge: &BruteTracer, pairs: usize) -> Proofs {
             };
             if from.facet != to.facet && from.faces(&to) {
                 found.tried[usize::from(is_blocked)] +=
-                    attack(judge, &from, &to, is_blocked, 50, &mut numbers);
+                    attack(hierarchy, judge, &from, &to, claim(hierarchy, &verdict), 50, &mut numbers);
             }
         }
     }

@@ -1,7 +1,9 @@
 //! Trying to refute proofs of visibility with many random segments, the exhaustive tracer judging.
 
 use glam::DVec3;
-use lightshaft::tracer::{BruteTracer, NO_FACET, Segment};
+use lightshaft::hierarchy::{Hierarchy, TOLERANCE};
+use lightshaft::math::Plane;
+use lightshaft::tracer::{BruteTracer, END_MARGIN, NO_FACET, Segment};
 
 use crate::covered_pairs::Leaf;
 use crate::segments::{Numbers, blockers};
@@ -28,12 +30,40 @@ impl std::ops::AddAssign for Attack {
     }
 }
 
-/// Tries `count` segments against the claim that all of them are blocked, or that none is.
+/// What is claimed of the segments between two elements.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Claim {
+    /// None is blocked.
+    Clear,
+    /// All are, by what lies in this plane. It does not hide points on it.
+    BlockedAt(Plane),
+}
+
+/// Points nearer than this to an occluder are on it, local length: rays do not see it there.
+const ON_IT: f64 = 2.0 * END_MARGIN as f64;
+
+/// Whether a segment runs along a facet or through its border, as along the side of a table's leg: it is neither
+/// blocked nor clear.
+fn only_touches(hierarchy: &Hierarchy, facet: u32, from: DVec3, to: DVec3) -> bool {
+    if facet as usize >= hierarchy.facets.len() {
+        return false;
+    }
+    let plane = &hierarchy.facets[facet as usize].plane;
+    let (a, b) = (plane.distance(from), plane.distance(to));
+    if a.abs() <= TOLERANCE && b.abs() <= TOLERANCE {
+        return true;
+    }
+    let at = from.lerp(to, a / (a - b));
+    hierarchy.polygon(facet).outside_distance(at, plane.normal) >= -TOLERANCE
+}
+
+/// Tries `count` segments against a claim.
 pub(crate) fn attack(
+    hierarchy: &Hierarchy,
     judge: &BruteTracer,
     receiver: &Leaf,
     source: &Leaf,
-    is_blocked: bool,
+    claim: Claim,
     count: usize,
     numbers: &mut Numbers,
 ) -> Attack {
@@ -41,12 +71,20 @@ pub(crate) fn attack(
     let ends: Vec<(DVec3, DVec3)> = (0..count)
         .map(|_| (numbers.point_of(&receiver.polygon), numbers.point_of(&source.polygon)))
         .filter(|&(from, to)| receiver.exchanges(from, source, to))
+        .filter(|&(from, to)| match claim {
+            Claim::Clear => true,
+            Claim::BlockedAt(plane) => [from, to].iter().all(|&end| plane.distance(end).abs() > ON_IT),
+        })
         .collect();
     let against = |ends: &[(DVec3, DVec3)]| -> Vec<(DVec3, DVec3)> {
         let segments: Vec<Segment> =
             ends.iter().map(|(from, to)| Segment { from: from.as_vec3(), to: to.as_vec3(), skip }).collect();
         let found = blockers(judge, &segments);
-        ends.iter().zip(found).filter(|(_, b)| (*b != NO_FACET) != is_blocked).map(|(&e, _)| e).collect()
+        let is_blocked = matches!(claim, Claim::BlockedAt(_));
+        let contradicts = |&(&(from, to), blocker): &(&(DVec3, DVec3), u32)| {
+            (blocker != NO_FACET) != is_blocked && !only_touches(hierarchy, blocker, from, to)
+        };
+        ends.iter().zip(found).filter(contradicts).map(|(&ends, _)| ends).collect()
     };
     let contradicting = against(&ends);
     let inwards = |leaf: &Leaf, p: DVec3| {

@@ -6,8 +6,7 @@ use std::fmt;
 use glam::DVec3;
 use lightshaft::hierarchy::TOLERANCE;
 use lightshaft::tracer::{
-    BruteTracer, Candidates, ENDPOINT_EPSILON, FilterAudit, Interval, NO_FACET, PACKET, Segment, TraceMesh,
-    Tracer,
+    BruteTracer, Candidates, FilterAudit, Interval, NO_FACET, PACKET, Segment, TraceMesh, Tracer,
 };
 
 /// What came of a comparison.
@@ -141,8 +140,7 @@ pub(crate) fn triangles_of(mesh: &TraceMesh, facet: u32) -> &[[u32; 3]] {
 /// The ends of what can be blocked.
 fn trimmed(segment: &Segment) -> [DVec3; 2] {
     let (from, to) = (segment.from.as_dvec3(), segment.to.as_dvec3());
-    let epsilon = ENDPOINT_EPSILON as f64;
-    [from.lerp(to, epsilon), from.lerp(to, 1.0 - epsilon)]
+    segment.open_part().map(|share| from.lerp(to, share as f64))
 }
 
 /// Distance of two segments.

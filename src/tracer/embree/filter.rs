@@ -3,7 +3,7 @@
 
 use embree4_sys as raw;
 
-use crate::tracer::{Candidates, ENDPOINT_EPSILON, FilterAudit, NO_FACET, PACKET};
+use crate::tracer::{Candidates, FilterAudit, NO_FACET, PACKET};
 
 /// What the filter of one packet reads and writes. Embree passes its address to the callback.
 #[repr(C)]
@@ -17,6 +17,8 @@ pub(super) struct FilterContext<'a> {
     pub(super) candidates: Candidates<'a>,
     /// Facets that do not block, by ray id.
     pub(super) skip: [[u32; 2]; PACKET],
+    /// Where a hit counts, by ray id: [`Segment::open_part`](crate::tracer::Segment::open_part).
+    pub(super) open_part: [[f32; 2]; PACKET],
     /// Accepted facet by ray id, [`NO_FACET`] where none was.
     pub(super) blockers: [u32; PACKET],
     /// What was seen in this packet.
@@ -30,6 +32,7 @@ impl<'a> FilterContext<'a> {
             facet_of_triangle,
             candidates,
             skip: [[NO_FACET; 2]; PACKET],
+            open_part: [[0.0, 1.0]; PACKET],
             blockers: [NO_FACET; PACKET],
             audit: FilterAudit::default(),
         }
@@ -54,10 +57,11 @@ impl<'a> FilterContext<'a> {
     fn accepts(&mut self, id: u32, triangle: u32, t: f32) -> bool {
         self.audit.calls += 1;
         let skip = self.skip.get(id as usize);
+        let open_part = self.open_part.get(id as usize);
         let facet = self.facet_of_triangle.get(triangle as usize);
-        if let (Some(skip), Some(&facet)) = (skip, facet)
-            && t > ENDPOINT_EPSILON
-            && t < 1.0 - ENDPOINT_EPSILON
+        if let (Some(skip), Some(&[near, far]), Some(&facet)) = (skip, open_part, facet)
+            && t > near
+            && t < far
             && !skip.contains(&facet)
         {
             if self.candidates.contains(facet) {
@@ -123,7 +127,8 @@ mod tests {
         for (id, triangle, t) in [(16, 0, 0.5), (u32::MAX, 1, 0.5), (0, 2, 0.5), (0, u32::MAX, 0.5)] {
             assert!(!context.accepts(id, triangle, t));
         }
-        for t in [f32::NAN, f32::INFINITY, -1.0, 0.0, ENDPOINT_EPSILON, 1.0 - ENDPOINT_EPSILON, 1.0] {
+        context.open_part = [[0.25, 0.75]; PACKET];
+        for t in [f32::NAN, f32::INFINITY, -1.0, 0.0, 0.25, 0.75, 1.0] {
             assert!(!context.accepts(0, 1, t), "an end point or nonsense at {t} must not block");
         }
         assert_eq!(context.audit, FilterAudit { calls: 11, rejects: 11, ..FilterAudit::default() });

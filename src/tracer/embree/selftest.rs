@@ -13,7 +13,7 @@ use super::{
     packet::{ActiveLanes, Lane, packet},
     scene::TriangleScene,
 };
-use crate::tracer::{Candidates, ENDPOINT_EPSILON, NO_FACET, PACKET};
+use crate::tracer::{Candidates, NO_FACET, PACKET};
 
 /// A self-test that was passed.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -65,12 +65,7 @@ pub(super) fn two_triangles(api: &Arc<raw::Api>) -> Result<TriangleScene, Refusa
 
 /// From the origin along the z axis, `t` from 0 to 1 up to z = 4: hits at 0.25 and 0.5.
 fn probe() -> Lane {
-    Lane {
-        origin: Vec3::ZERO,
-        direction: Vec3::new(0.0, 0.0, 4.0),
-        near: ENDPOINT_EPSILON,
-        far: 1.0 - ENDPOINT_EPSILON,
-    }
+    Lane { origin: Vec3::ZERO, direction: Vec3::new(0.0, 0.0, 4.0), near: 1e-4, far: 1.0 - 1e-4 }
 }
 
 fn bounds_fit(scene: &TriangleScene) -> Result<String, String> {

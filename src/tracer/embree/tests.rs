@@ -12,7 +12,7 @@ use super::{
     selftest::{GuardedQuery, guard_holds, two_triangles},
 };
 use crate::tracer::{
-    Candidates, ENDPOINT_EPSILON, FilterAudit, Interval, NO_FACET, PACKET, Ray, Segment, TraceMesh, Tracer,
+    Candidates, END_MARGIN, FilterAudit, Interval, NO_FACET, PACKET, Ray, Segment, TraceMesh, Tracer,
 };
 
 fn embree() -> Option<Arc<EmbreeLibrary>> {
@@ -121,7 +121,7 @@ fn a_hit_outside_the_candidates_does_not_count_and_is_reported() {
 #[test]
 fn facets_at_the_ends_do_not_block() {
     let Some(tracer) = tracer(&stack(2)) else { return };
-    let e = ENDPOINT_EPSILON;
+    let e = END_MARGIN;
     // All have length 1, so that an offset of the start is a fraction of it: the squares at z = 1 and
     // z = 2 lie on both ends, then within the closed parts, then just inside the open part.
     let at = |offset: f32| along_z(1.0 + offset, 2.0 + offset, FREE);

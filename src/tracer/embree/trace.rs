@@ -10,9 +10,7 @@ use super::{
     packet::{Lane, no_hit16, packet},
     scene::TriangleScene,
 };
-use crate::tracer::{
-    Candidates, ENDPOINT_EPSILON, FilterAudit, Hit, NO_FACET, PACKET, Ray, Segment, TraceMesh, Tracer,
-};
+use crate::tracer::{Candidates, FilterAudit, Hit, NO_FACET, PACKET, Ray, Segment, TraceMesh, Tracer};
 
 /// Embree on one [`TraceMesh`]. Queries are thread-safe and do not depend on the number of threads,
 /// nor a segment's answer on the others of its packet.
@@ -57,8 +55,9 @@ impl EmbreeTracer {
         audit: &mut FilterAudit,
     ) {
         let mut context = FilterContext::new(&self.facet_of_triangle, candidates);
-        for (skip, segment) in context.skip.iter_mut().zip(segments) {
-            *skip = segment.skip;
+        for (lane, segment) in segments.iter().enumerate() {
+            context.skip[lane] = segment.skip;
+            context.open_part[lane] = segment.open_part();
         }
         let this = &raw mut context;
         let mut arguments = FilterContext::arguments(this);
@@ -140,12 +139,8 @@ impl Tracer for EmbreeTracer {
 
 /// The endpoint rule, in units of the segment's length.
 fn lane_of_segment(segment: &Segment) -> Lane {
-    Lane {
-        origin: segment.from,
-        direction: segment.to - segment.from,
-        near: ENDPOINT_EPSILON,
-        far: 1.0 - ENDPOINT_EPSILON,
-    }
+    let [near, far] = segment.open_part();
+    Lane { origin: segment.from, direction: segment.to - segment.from, near, far }
 }
 
 /// From just after the origin, so that `t > 0`, to infinity.
