@@ -11,7 +11,10 @@ use crate::math::{Aabb, MAX_VERTICES, Plane, Polygon};
 use glam::{DVec2, DVec3};
 
 /// Most nodes of the hierarchy looked at for one pair.
-const MOST_NODES: u32 = 512;
+const MOST_NODES: u32 = 128;
+
+/// Facets smaller than this do not help, by their radius and that of what has to be covered.
+const LEAST_RADIUS: f64 = 0.1;
 
 /// Most pieces that are left uncovered at a time.
 const MOST_PIECES: usize = 32;
@@ -26,12 +29,12 @@ pub fn blocks_together(hierarchy: &Hierarchy, facet: u32, receiver: &[DVec3], so
     let outline = hierarchy.polygon(facet);
     let view = View::of(&outline, plane);
     let Some(hull) = hull_of_crossings(plane, &view, receiver, source) else { return false };
+    let bounds = Aabb::around(hull.corners().iter().map(|&corner| view.point(corner).as_vec3()));
+    let least_radius = LEAST_RADIUS * bounds.radius();
     let mut gaps = Gaps { pieces: vec![hull], next: Vec::new() };
-    // What was hit comes first: if it covers nothing, nothing is lost.
-    if !gaps.cover(&view, &outline) {
+    if outline.bounds().radius() >= least_radius && !gaps.cover(&view, &outline) {
         return true;
     }
-    let bounds = Aabb::around(hull.corners().iter().map(|&corner| view.point(corner).as_vec3()));
     let mut stack = vec![0u32];
     let mut looked_at = 0;
     while let Some(index) = stack.pop() {
@@ -40,8 +43,11 @@ pub fn blocks_together(hierarchy: &Hierarchy, facet: u32, receiver: &[DVec3], so
             return false;
         }
         let node = &hierarchy.nodes[index as usize];
+        if node.bounds.radius() < least_radius || !node.bounds.overlaps(bounds, TOLERANCE as f32) {
+            continue;
+        }
         let (low, high) = plane.distance_range(&node.bounds);
-        if low > TOLERANCE || high < -TOLERANCE || !node.bounds.overlaps(bounds, TOLERANCE as f32) {
+        if low > TOLERANCE || high < -TOLERANCE {
             continue;
         }
         match node.kind(index) {

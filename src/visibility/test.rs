@@ -3,6 +3,7 @@
 use super::rays::{RayCount, Sighting};
 use super::{NodeEnd, Strategy, VisibilityCounters, VisibilityOptions};
 use crate::hierarchy::{Hierarchy, Interval};
+use crate::math::Plane;
 use crate::shaft::{
     MOST_FOUND, Shaft, blocks_all, blocks_together, has_facet_in, intervals_of, large_facets_on,
 };
@@ -207,7 +208,7 @@ impl<'a> Tester<'a> {
             return (Verdict::proved(Class::Visible, NO_FACET), None);
         }
         let leaves = set.nodes.iter().map(|&n| &self.hierarchy.nodes[n as usize]).filter(|n| n.is_leaf());
-        if let Some(blocker) = self.single_blocker(worker, pair, leaves.map(|n| n.first)) {
+        if let Some(blocker) = self.blocker_among(worker, pair, leaves.map(|n| n.first)) {
             worker.recycle(set);
             return (Verdict::proved(Class::Invisible, blocker), None);
         }
@@ -216,9 +217,7 @@ impl<'a> Tester<'a> {
 
     /// Rays first, proofs only where they will be inherited and matter.
     fn rays_first(&self, worker: &mut Worker, pair: &Pair<'_>) -> (Verdict, Option<CandidateSet>) {
-        if pair.inherited.blocker != NO_FACET
-            && self.single_blocker(worker, pair, std::iter::once(pair.inherited.blocker)).is_some()
-        {
+        if pair.inherited.blocker != NO_FACET && self.is_blocked_by(worker, pair, pair.inherited.blocker) {
             return (Verdict::proved(Class::Invisible, pair.inherited.blocker), None);
         }
         let candidates = pair.inherited.candidates.for_rays();
@@ -241,9 +240,11 @@ impl<'a> Tester<'a> {
         match verdict.class {
             Class::Invisible => {
                 let (found, count) = self.large_facets_between(pair);
-                let found = found[..count].iter().copied();
-                verdict.blocker = found.clone().next().unwrap_or(NO_FACET);
-                match self.single_blocker(worker, pair, found) {
+                let [largest, ..] = found[..count] else { return (verdict, None) };
+                verdict.blocker = largest;
+                let alone = found[..count].iter().copied().find(|&f| self.is_blocked_by(worker, pair, f));
+                let together = || self.is_blocked_in_plane_of(worker, pair, largest).then_some(largest);
+                match alone.or_else(together) {
                     Some(blocker) => (Verdict::proved(Class::Invisible, blocker), None),
                     None => (verdict, None),
                 }
@@ -276,7 +277,7 @@ impl<'a> Tester<'a> {
         let verdict = verdict_of(&met);
         if verdict.class == Class::Invisible {
             let on_one = self.facets_on_one(worker).into_iter();
-            if let Some(blocker) = self.single_blocker(worker, pair, on_one) {
+            if let Some(blocker) = self.blocker_among(worker, pair, on_one) {
                 return Verdict::proved(Class::Invisible, blocker);
             }
         }
@@ -342,35 +343,50 @@ impl<'a> Tester<'a> {
         (shaft, set)
     }
 
-    /// The first of `facets` that blocks the pair, alone or together with what lies in its plane.
-    fn single_blocker(
+    /// The first of `facets` that blocks the pair alone, or else together with what lies in its plane.
+    fn blocker_among(
         &self,
         worker: &mut Worker,
         pair: &Pair<'_>,
         facets: impl Iterator<Item = u32> + Clone,
     ) -> Option<u32> {
+        let alone = facets.clone().find(|&facet| self.is_blocked_by(worker, pair, facet));
+        alone.or_else(|| facets.clone().find(|&facet| self.is_blocked_in_plane_of(worker, pair, facet)))
+    }
+
+    /// Whether a facet blocks a pair alone.
+    fn is_blocked_by(&self, worker: &mut Worker, pair: &Pair<'_>, facet: u32) -> bool {
+        let plane = &self.hierarchy.facets[facet as usize].plane;
+        let is_blocked = self.with_corners(pair, |receiver, source| {
+            blocks_all(&self.hierarchy.polygon(facet), plane, receiver, source)
+        }) && self.hides(pair, plane);
+        worker.counters.single_blockers += u64::from(is_blocked);
+        is_blocked
+    }
+
+    /// Whether the facets in the plane of one block a pair together.
+    fn is_blocked_in_plane_of(&self, worker: &mut Worker, pair: &Pair<'_>, facet: u32) -> bool {
+        let plane = &self.hierarchy.facets[facet as usize].plane;
+        let is_blocked = self
+            .with_corners(pair, |receiver, source| blocks_together(self.hierarchy, facet, receiver, source))
+            && self.hides(pair, plane);
+        worker.counters.fused_blockers += u64::from(is_blocked);
+        is_blocked
+    }
+
+    fn with_corners(&self, pair: &Pair<'_>, test: impl FnOnce(&[DVec3], &[DVec3]) -> bool) -> bool {
         let (mut a, mut b) = ([DVec3::ZERO; 8], [DVec3::ZERO; 8]);
         let a_count = pair.receiver.shaft_end(self.hierarchy).corners(&mut a);
         let b_count = pair.source.shaft_end(self.hierarchy).corners(&mut b);
-        let (a, b) = (&a[..a_count], &b[..b_count]);
-        let plane = |facet: u32| &self.hierarchy.facets[facet as usize].plane;
-        let is_hidden = |facet: u32| {
-            [pair.receiver, pair.source].iter().all(|end| match end {
-                NodeEnd::Cluster(node) => !has_facet_in(self.hierarchy, *node, plane(facet)),
-                NodeEnd::Element { .. } => true,
-            })
-        };
-        let alone =
-            |&facet: &u32| blocks_all(&self.hierarchy.polygon(facet), plane(facet), a, b) && is_hidden(facet);
-        let blocker = facets.clone().find(alone);
-        if let Some(blocker) = blocker {
-            worker.counters.single_blockers += 1;
-            return Some(blocker);
-        }
-        let together = |&facet: &u32| blocks_together(self.hierarchy, facet, a, b) && is_hidden(facet);
-        let blocker = facets.clone().find(together)?;
-        worker.counters.fused_blockers += 1;
-        Some(blocker)
+        test(&a[..a_count], &b[..b_count])
+    }
+
+    /// Whether nothing of a pair lies in the plane of its occluder, where it sees past it.
+    fn hides(&self, pair: &Pair<'_>, plane: &Plane) -> bool {
+        [pair.receiver, pair.source].iter().all(|end| match end {
+            NodeEnd::Cluster(node) => !has_facet_in(self.hierarchy, *node, plane),
+            NodeEnd::Element { .. } => true,
+        })
     }
 }
 
