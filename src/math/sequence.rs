@@ -42,7 +42,8 @@ impl PairSequence {
     pub fn point(&self, index: u32) -> [f64; 4] {
         std::array::from_fn(|k| {
             let x = self.shift[k] + ALPHA[k] * (index as f64 + 1.0);
-            x - x.floor()
+            // Not below 0: truncation is the floor, and takes no call on processors of any age.
+            x - (x as i64) as f64
         })
     }
 }

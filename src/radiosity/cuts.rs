@@ -36,6 +36,8 @@ struct Cut {
     plane: Plane,
     /// Whether it divides cells.
     between_cells: bool,
+    /// Whether the parts are halves.
+    halves: bool,
     /// The next cuts of both parts.
     below: [u32; 2],
 }
@@ -84,10 +86,11 @@ impl Cuts {
 
     /// Divides a polygon by a cut, or in halves.
     pub(super) fn divide(&self, polygon: &Polygon, cut: u32) -> Division {
-        if let Some(cut) = self.cuts.get(cut as usize)
-            && let Some(parts) = parted(polygon, &cut.plane)
-        {
-            return Division { parts, cuts: cut.below, plane: Some(cut.plane) };
+        if let Some(cut) = self.cuts.get(cut as usize) {
+            let halves = if cut.halves { halves_along(polygon, &cut.plane) } else { None };
+            if let Some(parts) = halves.or_else(|| parted(polygon, &cut.plane)) {
+                return Division { parts, cuts: cut.below, plane: Some(cut.plane) };
+            }
         }
         Division { parts: polygon.bisect(), cuts: [NO_CUT; 2], plane: None }
     }
@@ -114,7 +117,8 @@ impl Cuts {
         let cells = if between_cells { cells - 1 } else { 0 };
         let lines: Vec<Contact> = inside.into_iter().map(|(line, _)| line).collect();
         let index = self.cuts.len();
-        self.cuts.push(Cut { plane: across, between_cells, below: [NO_CUT; 2] });
+        let halves = longest.is_none();
+        self.cuts.push(Cut { plane: across, between_cells, halves, below: [NO_CUT; 2] });
         let below = parts.map(|part| self.add(&part, plane, &lines, cells, depth + 1));
         if longest.is_none() && below == [NO_CUT; 2] {
             self.cuts.truncate(index);
@@ -123,6 +127,15 @@ impl Cuts {
         self.cuts[index].below = below;
         index as u32
     }
+}
+
+/// The halves in front of a plane and behind it, if that is how the polygon is bisected: faster than cutting it.
+/// The back of a facet may have its halves the other way round, or others.
+fn halves_along(polygon: &Polygon, plane: &Plane) -> Option<[Polygon; 2]> {
+    let [a, b] = polygon.bisect();
+    let (start, end) = Polygon::cut_of(&[a, b]);
+    let is_along = [start, end].iter().all(|&p| plane.distance(p).abs() < 0.1 * TOLERANCE);
+    is_along.then(|| if plane.distance(a.center()) > 0.0 { [a, b] } else { [b, a] })
 }
 
 /// The parts in front of a plane and behind it; `None` when there is nothing to gain.
@@ -157,6 +170,23 @@ fn tidied(polygon: &Polygon) -> Option<Polygon> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn halves_are_the_same_on_both_sides_of_a_facet() {
+        let corners = [(0.0, 0.0), (1.0, 0.1), (0.8, 1.0), (0.1, 0.7)].map(|(x, y)| DVec3::new(x, y, 0.0));
+        for count in 3..=4 {
+            let front = Polygon::new(&corners[..count]);
+            let (start, end) = Polygon::cut_of(&front.bisect());
+            let plane = Plane::through(start, DVec3::Z.cross(end - start).normalize());
+            let expected = parted(&front, &plane).expect("two parts");
+            for polygon in [front, front.flipped()] {
+                let halves = halves_along(&polygon, &plane).expect("the same cut");
+                for (half, expected) in halves.iter().zip(&expected) {
+                    assert!(half.center().distance(expected.center()) < 1e-12, "{half:?} {expected:?}");
+                }
+            }
+        }
+    }
 
     #[test]
     fn a_cut_through_corners_leaves_parts_that_can_be_divided() {
