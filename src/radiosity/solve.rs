@@ -103,6 +103,13 @@ pub struct Solution {
 }
 
 impl Solution {
+    /// The light after one more gather over all links and push-pull, for measuring what that costs.
+    pub fn after_one_more_bounce(&self, hierarchy: &Hierarchy) -> Light {
+        let materials = Materials { hierarchy, forest: &self.forest };
+        let receiving = Receiving { damping: &Damping::none(self.forest.len()), strays: &self.strays };
+        self.light.iterate(hierarchy, &self.forest, &self.links, &materials, receiving)
+    }
+
     /// Triangles of the final mesh: the leaf elements, triangulated.
     pub fn triangle_count(&self, hierarchy: &Hierarchy) -> u64 {
         (0..self.forest.side_count())

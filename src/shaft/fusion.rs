@@ -11,7 +11,7 @@ use crate::math::{Aabb, MAX_VERTICES, Plane, Polygon};
 use glam::{DVec2, DVec3};
 
 /// Most nodes of the hierarchy looked at for one pair.
-const MOST_NODES: u32 = 128;
+const MOST_NODES: u32 = 512;
 
 /// Facets smaller than this do not help, by their radius and that of what has to be covered.
 const LEAST_RADIUS: f64 = 0.1;

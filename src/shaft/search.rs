@@ -49,10 +49,14 @@ pub fn large_facets_on(
 
 /// Whether some part of a segment is in a box; `inverse` is one over the way from its start to its end.
 fn is_on(bounds: &Aabb, from: DVec3, inverse: DVec3) -> bool {
-    let (a, b) = ((bounds.min.as_dvec3() - from) * inverse, (bounds.max.as_dvec3() - from) * inverse);
-    // Where the segment runs in a side of the box, 0 × ∞ is no number and no bound.
-    let bound = |x: f64, otherwise: f64| if x.is_nan() { otherwise } else { x };
-    let enters = a.min(b).to_array().into_iter().fold(0.0, |sum: f64, x| sum.max(bound(x, 0.0)));
-    let leaves = a.max(b).to_array().into_iter().fold(1.0, |sum: f64, x| sum.min(bound(x, 1.0)));
+    let sides = [bounds.min, bounds.max].map(|side| ((side.as_dvec3() - from) * inverse).to_array());
+    let (mut enters, mut leaves) = (0.0f64, 1.0f64);
+    for (a, b) in sides[0].into_iter().zip(sides[1]) {
+        // Where the segment runs in a side of the box, 0 × ∞ is no number: that side is no bound.
+        if !a.is_nan() && !b.is_nan() {
+            enters = enters.max(a.min(b));
+            leaves = leaves.min(a.max(b));
+        }
+    }
     enters <= leaves
 }

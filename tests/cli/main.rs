@@ -4,6 +4,7 @@ mod check;
 mod convergence;
 mod failures;
 mod probe;
+mod profile;
 mod render;
 mod run;
 mod statistics;

@@ -47,6 +47,27 @@ impl EmbreeTracer {
         &self.library
     }
 
+    /// Which of up to [`PACKET`] segments something blocks, be it what they start or end on: what Embree does
+    /// without our filter, to compare with.
+    ///
+    /// # Panics
+    /// With more than [`PACKET`] segments.
+    pub fn blocked_without_filter(&self, segments: &[Segment]) -> [bool; PACKET] {
+        assert!(segments.len() <= PACKET, "{} segments", segments.len());
+        let (active, mut rays) = packet(segments.iter().map(lane_of_segment));
+        // SAFETY: the scene is committed, the packet and its lanes are ours and aligned to 64 bytes by their
+        // types; null arguments are the defaults.
+        unsafe {
+            self.scene.api().rtcOccluded16(
+                active.0.as_ptr(),
+                self.scene.raw(),
+                &raw mut rays,
+                ptr::null_mut(),
+            );
+        }
+        std::array::from_fn(|lane| active.0[lane] != 0 && rays.tfar[lane] == f32::NEG_INFINITY)
+    }
+
     fn block_packet(
         &self,
         segments: &[Segment],

@@ -1,0 +1,109 @@
+//! `profile`: a row for each run, the record and plot of the same, and what is wrong with its files.
+
+use serde_json::Value;
+
+use crate::run::{Folder, has_embree};
+
+const POINTS: &str = "0 0 0 0 1 0\n0.5 0 0.5 0 1 0\n";
+const REFERENCE: &str = "total_r,total_g,total_b,direct_r,direct_g,direct_b,\
+se_total_r,se_total_g,se_total_b,se_direct_r,se_direct_g,se_direct_b\n\
+2,2,2,1,1,1,0,0,0,0,0,0\n2,2,2,1,1,1,0,0,0,0,0,0\n";
+
+const BASE: [&str; 7] = ["profile", "scene.toml", "--quality", "draft", "--repeat", "1", "-q"];
+
+fn folder() -> Folder {
+    let folder = Folder::with_scene();
+    folder.write("points.txt", POINTS);
+    folder.write("reference.csv", REFERENCE);
+    folder
+}
+
+fn record(folder: &Folder) -> Value {
+    serde_json::from_slice(&std::fs::read(folder.path("p.json")).expect("a record")).expect("JSON")
+}
+
+/// Which run is meant.
+fn kind(run: &Value) -> (&str, &str, u64) {
+    let text = |name: &str| run[name].as_str().expect("text");
+    (text("strategy"), text("tracer"), run["rays"].as_u64().expect("a number"))
+}
+
+#[test]
+fn every_run_is_a_row_a_record_and_a_point_of_the_plot() {
+    let folder = folder();
+    let options = ["--strategies", "adaptive,sampled", "--tracers", "fallback", "--rays", "4,16"];
+    let files = ["--points", "points.txt", "--reference", "reference.csv", "-o", "p.json", "--plot", "p.svg"];
+    let run = folder.run(&[&BASE[..], &options, &files].concat());
+    assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{run:?}");
+    let record = record(&folder);
+    let runs = record["runs"].as_array().expect("runs");
+    let kinds: Vec<_> = runs.iter().map(kind).collect();
+    let expected =
+        [("adaptive", 4), ("adaptive", 16), ("sampled", 4), ("sampled", 16)].map(|(s, r)| (s, "fallback", r));
+    assert_eq!(kinds, expected);
+    assert_eq!(record["yardstick"], 3, "sampled with 16 rays");
+    let rows: Vec<&str> = run.stdout.lines().skip(2).take(4).collect();
+    for (run, row) in runs.iter().zip(rows) {
+        let number = |value: &Value| value.as_f64().filter(|&n| n > 0.0).unwrap_or_else(|| panic!("{run}"));
+        let seconds = &run["visibility_seconds"];
+        assert!(number(&seconds["min"]) <= number(&seconds["median"]), "{run}");
+        assert!(number(&seconds["median"]) <= number(&seconds["max"]), "{run}");
+        for name in ["rays_cast", "pairs_tested", "links", "peak_rss_bytes"] {
+            number(&run[name]);
+        }
+        let error = number(&run["irradiance_error"]["rms"]);
+        assert!(row.contains(&format!("{:.2}", 100.0 * error)) && row.starts_with(kind(run).0), "{row}");
+        assert!((0.0..0.5).contains(&number(&run["visibility_error"]["mean"])), "{run}");
+    }
+    let error = |index: usize| runs[index]["visibility_error"]["mean"].as_f64().expect("a number");
+    assert!(error(3) < error(2), "more rays, a smaller error: {record}");
+    assert!(runs[2]["certified_share"] == 0.0 && runs[2]["shafts_built"] == 0, "{}", runs[2]);
+    assert!(run.stdout.contains("To the visibility error of adaptive, fallback, 4 rays"), "{}", run.stdout);
+    let plot = std::fs::read_to_string(folder.path("p.svg")).expect("a plot");
+    assert!(plot.starts_with("<svg") && plot.trim_end().ends_with("</svg>"), "{plot}");
+    assert!(["adaptive", "sampled"].iter().all(|label| plot.contains(label)), "{plot}");
+}
+
+#[test]
+fn both_tracers_find_the_same_links() {
+    let folder = folder();
+    if !has_embree(&folder) {
+        return;
+    }
+    let options = ["--strategies", "adaptive", "--tracers", "embree,fallback", "-o", "p.json"];
+    let run = folder.run(&[&BASE[..], &options].concat());
+    assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{run:?}");
+    let record = record(&folder);
+    let [embree, fallback] = [0, 1].map(|index| &record["runs"][index]);
+    assert_eq!((kind(embree).1, kind(fallback).1), ("embree", "fallback"));
+    for name in ["links", "pairs_tested", "rays_cast", "shafts_built", "certified_share"] {
+        assert_eq!(embree[name], fallback[name], "{name}");
+    }
+}
+
+#[test]
+fn what_cannot_be_done_is_said_before_anything_is_solved() {
+    let folder = folder();
+    let before = folder.names();
+    for (options, word) in [
+        (&["--strategies", "best"][..], "best"),
+        (&["--tracers", "magic"], "magic"),
+        (&["--rays", "0"], "--rays"),
+        (&["--rays", "16,,4"], "--rays"),
+        (&["--repeat", "0"], "--repeat"),
+        (&["--points", "points.txt"], "--reference"),
+        (&["-o", "p.csv"], ".json"),
+        (&["--plot", "p.png"], ".svg"),
+        (&["-o", "a.json", "--plot", "a.json"], ".svg"),
+    ] {
+        let run = folder.run(&[&BASE[..], options].concat());
+        assert!(run.code == 2 && run.stderr.contains(word) && run.stdout.is_empty(), "{options:?}: {run:?}");
+    }
+    folder.write("short.csv", REFERENCE.lines().take(2).collect::<Vec<_>>().join("\n"));
+    let files = ["--points", "points.txt", "--reference", "short.csv", "-o", "p.json"];
+    folder.run(&[&BASE[..], &files].concat()).expect_error(4, &["short.csv", "1 rows for 2 points"]);
+    let missing = ["-o", "none/p.json"];
+    folder.run(&[&BASE[..], &missing].concat()).expect_error(6, &["none"]);
+    std::fs::remove_file(folder.path("short.csv")).expect("our own file");
+    assert_eq!(folder.names(), before, "nothing is left behind");
+}
