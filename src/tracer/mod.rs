@@ -24,7 +24,7 @@ use glam::Vec3;
 pub const NO_FACET: u32 = u32::MAX;
 
 /// Length at both ends of a segment in which nothing is hit, local units: some roundings.
-pub const END_MARGIN: f32 = 1e-5;
+pub const END_MARGIN: f32 = 2e-6;
 
 /// Most segments in one call of [`Tracer::blockers`].
 pub const PACKET: usize = 16;
