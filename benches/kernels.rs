@@ -6,7 +6,7 @@ use std::hint::black_box;
 use std::path::Path;
 use std::time::Duration;
 
-use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
+use criterion::{BatchSize, Criterion, Throughput};
 use glam::DVec3;
 use lightshaft::hierarchy::{Hierarchy, TOLERANCE};
 use lightshaft::math::{Aabb, Clip, PairSequence, Plane, Polygon};
@@ -270,9 +270,10 @@ fn kernels(criterion: &mut Criterion) {
     light(criterion, &office, embree.as_ref().map_or(&fallback as &dyn Tracer, |tracer| tracer));
 }
 
-criterion_group! {
-    name = all;
-    config = Criterion::default().warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(3));
-    targets = kernels
+fn main() {
+    let (warm_up, measurement) = (Duration::from_millis(500), Duration::from_secs(3));
+    let criterion = Criterion::default().warm_up_time(warm_up).measurement_time(measurement);
+    let mut criterion = criterion.configure_from_args();
+    kernels(&mut criterion);
+    criterion.final_summary();
 }
-criterion_main!(all);
