@@ -206,9 +206,13 @@ fn blockers(criterion: &mut Criterion, office: &Office) {
 
 /// The same rays by Embree alone, by Embree with the candidate filter, and by the tracer in Rust. They start
 /// and end on surfaces; most are blocked.
-fn packets(criterion: &mut Criterion, office: &Office, embree: Option<&EmbreeTracer>) {
+fn packets(
+    criterion: &mut Criterion,
+    office: &Office,
+    embree: Option<&EmbreeTracer>,
+    fallback: &FallbackTracer,
+) {
     let packets = office.packets();
-    let fallback = FallbackTracer::new(&office.hierarchy.mesh);
     let mut group = criterion.benchmark_group("packets");
     group.throughput(Throughput::Elements((PAIRS * PACKET) as u64));
     if let Some(embree) = embree {
@@ -220,7 +224,7 @@ fn packets(criterion: &mut Criterion, office: &Office, embree: Option<&EmbreeTra
             });
         });
     }
-    let tracers = [embree.map(|tracer| tracer as &dyn Tracer), Some(&fallback)];
+    let tracers = [embree.map(|tracer| tracer as &dyn Tracer), Some(fallback)];
     for tracer in tracers.into_iter().flatten() {
         group.bench_function(format!("{}, filtered", tracer.name()), |bencher| {
             let (mut found, mut audit) = ([NO_FACET; PACKET], FilterAudit::default());
@@ -265,8 +269,8 @@ fn kernels(criterion: &mut Criterion) {
     }
     shafts(criterion, &office);
     blockers(criterion, &office);
-    packets(criterion, &office, embree.as_ref());
     let fallback = FallbackTracer::new(&office.hierarchy.mesh);
+    packets(criterion, &office, embree.as_ref(), &fallback);
     light(criterion, &office, embree.as_ref().map_or(&fallback as &dyn Tracer, |tracer| tracer));
 }
 

@@ -7,7 +7,7 @@ use embree4_sys as raw;
 use super::{
     EmbreeError, EmbreeLibrary, EmbreeOptions,
     filter::FilterContext,
-    packet::{Lane, no_hit16, packet},
+    packet::{ActiveLanes, Lane, no_hit16, packet},
     scene::TriangleScene,
 };
 use crate::tracer::{Candidates, FilterAudit, Hit, NO_FACET, PACKET, Ray, Segment, TraceMesh, Tracer};
@@ -54,18 +54,28 @@ impl EmbreeTracer {
     /// With more than [`PACKET`] segments.
     pub fn blocked_without_filter(&self, segments: &[Segment]) -> [bool; PACKET] {
         assert!(segments.len() <= PACKET, "{} segments", segments.len());
+        // SAFETY: null arguments are the defaults.
+        let (active, rays) = unsafe { self.occlude_packet(segments, ptr::null_mut()) };
+        std::array::from_fn(|lane| active.0[lane] != 0 && rays.tfar[lane] == f32::NEG_INFINITY)
+    }
+
+    /// The lanes of a packet of segments, and its rays when Embree is done with them.
+    ///
+    /// # Safety
+    /// `arguments` is null, or they and what they point to are valid, and nothing else refers to them until
+    /// the call returns.
+    unsafe fn occlude_packet(
+        &self,
+        segments: &[Segment],
+        arguments: *mut raw::RTCOccludedArguments,
+    ) -> (ActiveLanes, raw::RTCRay16) {
         let (active, mut rays) = packet(segments.iter().map(lane_of_segment));
         // SAFETY: the scene is committed, the packet and its lanes are ours and aligned to 64 bytes by their
-        // types; null arguments are the defaults.
+        // types; for the arguments the caller answers.
         unsafe {
-            self.scene.api().rtcOccluded16(
-                active.0.as_ptr(),
-                self.scene.raw(),
-                &raw mut rays,
-                ptr::null_mut(),
-            );
+            self.scene.api().rtcOccluded16(active.0.as_ptr(), self.scene.raw(), &raw mut rays, arguments);
         }
-        std::array::from_fn(|lane| active.0[lane] != 0 && rays.tfar[lane] == f32::NEG_INFINITY)
+        (active, rays)
     }
 
     fn block_packet(
@@ -93,16 +103,8 @@ impl EmbreeTracer {
                 }
             }
         } else {
-            let (active, mut rays) = packet(segments.iter().map(lane_of_segment));
-            // SAFETY: as above; the packet and its lanes are aligned to 64 bytes by their types.
-            unsafe {
-                self.scene.api().rtcOccluded16(
-                    active.0.as_ptr(),
-                    self.scene.raw(),
-                    &raw mut rays,
-                    &raw mut arguments,
-                );
-            }
+            // SAFETY: as above.
+            unsafe { self.occlude_packet(segments, &raw mut arguments) };
         }
         // SAFETY: the query is over; `this` points to the local above.
         let context = unsafe { &*this };
