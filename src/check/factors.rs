@@ -3,7 +3,7 @@
 
 use super::contour::{Surface, exchange};
 use super::limits::MOST_FACTOR;
-use super::subject::{Subject, fraction, lifted};
+use super::subject::{Subject, fraction};
 use crate::hierarchy::TOLERANCE;
 use crate::math::{PairSequence, hash_pair};
 use crate::radiosity::{Link, LinkClass};
@@ -16,7 +16,7 @@ const PICKED: usize = 1 << 15;
 /// Links handed to a thread at a time.
 const CHUNK: usize = 1 << 14;
 
-/// Points this near to the plane of the other end may lie behind it by rounding, local length.
+/// Points this near to a plane count as points in it, local length.
 const GRAZING: f64 = 5.0 * TOLERANCE;
 
 /// How far figures are off, over all links that were looked at.
@@ -221,16 +221,21 @@ pub(super) fn against_proofs(subject: &Subject<'_>) -> Errors {
     Errors::of(errors)
 }
 
-/// The segment between a point of each end, if they face each other; just above both, since surfaces that
-/// overlap in one plane do not block.
+/// The segment between a point of each end, without what lies as good as in the plane of either: surfaces that
+/// overlap in one plane do not block. The rest stays in the shaft of the pair, however flat that is.
 fn segment(subject: &Subject<'_>, link: &Link, seed: u64) -> Option<Segment> {
     let [receiver, source] = [(link.receiver, 1), (link.source, 2)]
         .map(|(node, salt)| subject.piece(subject.leaf_below(node, fraction(seed, salt))));
     let [a, b, c, d] = PairSequence::new(seed).point(0);
     let (from, to) = (receiver.polygon.point_at(a, b), source.polygon.point_at(c, d));
-    (receiver.plane.distance(to) > GRAZING && source.plane.distance(from) > GRAZING).then(|| Segment {
-        from: lifted(from, receiver.plane.normal).as_vec3(),
-        to: lifted(to, source.plane.normal).as_vec3(),
+    let heights = [receiver.plane.distance(to), source.plane.distance(from)];
+    if heights.iter().any(|&height| height <= GRAZING) {
+        return None;
+    }
+    let [near, far] = heights.map(|height| GRAZING / height);
+    (near + far < 1.0).then(|| Segment {
+        from: from.lerp(to, near).as_vec3(),
+        to: to.lerp(from, far).as_vec3(),
         skip: [receiver.side.facet, source.side.facet],
     })
 }

@@ -1,14 +1,11 @@
 //! What is checked, and who lies in what: the nodes above every element, and leaf elements below nodes.
 
-use crate::hierarchy::{Hierarchy, NodeKind, TOLERANCE};
+use crate::hierarchy::{Hierarchy, NodeKind};
 use crate::math::hash_pair;
 use crate::radiosity::{Link, Piece, Solution};
 use crate::tracer::Tracer;
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use std::f32::consts::PI;
-
-/// How far above its surface a ray starts, local length: beyond rounding.
-const LIFT: f64 = 5.0 * TOLERANCE;
 
 /// The root has no parent.
 const NONE: u32 = u32::MAX;
@@ -197,9 +194,4 @@ impl<'a> Lottery<'a> {
 /// A number in [0, 1) that looks random and depends on both.
 pub(super) fn fraction(seed: u64, salt: u64) -> f64 {
     (hash_pair(seed, salt) >> 11) as f64 / (1u64 << 53) as f64
-}
-
-/// A point of a surface, just above it.
-pub(super) fn lifted(point: DVec3, normal: DVec3) -> DVec3 {
-    point + normal * LIFT
 }
