@@ -11,11 +11,17 @@ use crate::tracer::{BruteTracer, Candidates, NO_FACET, Segment, Tracer};
 use glam::DVec3;
 use std::time::Instant;
 
-/// Most rays with which `adaptive` classifies a pair that is going to be subdivided anyway.
-const CLASSIFYING_RAYS: u32 = 16;
-
-/// Pairs of this importance are not believed to be clear or blocked because a few rays are.
+/// Pairs of this importance are not believed to be clear or blocked because rays are, unless both ends are
+/// elements: near parts of clusters exchange most of the light, and rays spread evenly over them rarely join such.
 const MATTERS: f64 = 1.0;
+
+/// Rays that have to agree to be believed about two elements, for each unit of importance and each ray of a link.
+/// Of n that agree the next disagrees with a chance of 1 / (n + 2) (rule of succession): with 16 rays for a link,
+/// 1/8 of what a link may get wrong is at risk.
+const RAYS_PER_IMPORTANCE: f64 = 0.5;
+
+/// The fewest and the most such rays, for each ray of a link.
+const BELIEVED_RAYS: [u32; 2] = [2, 16];
 
 /// How many times the rays links that draw a shadow get.
 const SHADOW_RAYS: f64 = 4.0;
@@ -113,6 +119,12 @@ pub struct Pair<'a> {
     pub prominence: f64,
     /// Rays count as much as the source is bright where they end; `None` for a uniform source.
     pub brightness: Option<&'a dyn Brightness>,
+}
+
+impl Pair<'_> {
+    fn joins_elements(&self) -> bool {
+        [self.receiver, self.source].iter().all(|end| matches!(end, NodeEnd::Element { .. }))
+    }
 }
 
 /// Scratch memory and counters of one thread's current task.
@@ -230,9 +242,8 @@ impl<'a> Tester<'a> {
         if verdict.class == Class::Partial {
             return (verdict, None);
         }
-        // Rays that agree are believed only where little rests on them: what is lost (or gained) by
-        // each such pair adds up over thousands of them.
-        verdict.doubtful = met.cast() == 0 || pair.importance >= MATTERS;
+        // What is lost (or gained) by each pair that is believed adds up over thousands of them.
+        verdict.doubtful = met.cast() == 0 || self.believed_rays(pair).is_none();
         verdict.inheritable = !verdict.doubtful;
         if verdict.inheritable {
             return (verdict, None);
@@ -281,8 +292,7 @@ impl<'a> Tester<'a> {
                 return Verdict::proved(Class::Invisible, blocker);
             }
         }
-        let elements = [pair.receiver, pair.source].iter().all(|end| matches!(end, NodeEnd::Element { .. }));
-        Verdict { inheritable: elements && met.cast() > 0 && !met.is_mixed(), ..verdict }
+        Verdict { inheritable: pair.joins_elements() && met.cast() > 0 && !met.is_mixed(), ..verdict }
     }
 
     /// For the class of a pair: stops when two rays disagree.
@@ -293,16 +303,23 @@ impl<'a> Tester<'a> {
         candidates: Candidates<'_>,
         shaft: Option<&Shaft>,
     ) -> RayCount {
-        // Where agreement alone decides what is inherited, all rays have to agree; where it will be believed
-        // without a proof, more of them.
+        // Where agreement alone decides what is inherited, all rays have to agree.
         let count = match self.options.strategy {
-            Strategy::Adaptive => {
-                let few = self.options.rays.min(CLASSIFYING_RAYS);
-                if pair.importance < MATTERS { few * SHADOW_RAYS as u32 } else { few }
-            }
+            Strategy::Adaptive => self.believed_rays(pair).unwrap_or(self.options.rays),
             _ => self.options.rays,
         };
         self.cast(worker, pair, count, true, candidates, shaft)
+    }
+
+    /// How many rays have to agree to be believed without a proof; `None` where too much rests on them.
+    fn believed_rays(&self, pair: &Pair<'_>) -> Option<u32> {
+        let rays = self.options.rays;
+        if !pair.joins_elements() {
+            return (pair.importance < MATTERS).then_some(rays * SHADOW_RAYS as u32);
+        }
+        let [fewest, most] = BELIEVED_RAYS.map(|times| times * rays);
+        let wanted = pair.importance * RAYS_PER_IMPORTANCE * rays as f64;
+        (wanted <= most as f64).then_some((wanted as u32).next_multiple_of(rays).clamp(fewest, most))
     }
 
     /// For the fraction of a link: more rays where noise would show.
