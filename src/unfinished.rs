@@ -82,7 +82,8 @@ impl Content {
         // The usual rights of a new file, less the umask, instead of the private ones of a temporary.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        builder.tempfile_in(folder).map(Self::Named)
+        // The error of the library names the temporary file, which is no concern of the user.
+        builder.tempfile_in(folder).map(Self::Named).map_err(|error| error.kind().into())
     }
 
     fn file(&self) -> &File {

@@ -47,6 +47,9 @@ pub struct Finding {
     pub looked_at: u64,
     /// The worst place, or more about the value; empty when there is nothing to say.
     pub detail: String,
+    /// The detail is worth showing even when nothing is wrong.
+    #[serde(skip)]
+    pub tells: bool,
 }
 
 impl Finding {
@@ -60,7 +63,7 @@ impl Finding {
         // What is not a number is not within the limit.
         let verdict = if value <= limit { Verdict::Passed } else { Verdict::Failed };
         let (unit, looked_at, detail) = (Unit::Share, 0, String::new());
-        Finding { group, name, unit, value, limit, verdict, looked_at, detail }
+        Finding { group, name, unit, value, limit, verdict, looked_at, detail, tells: false }
     }
 
     /// With the number of things that were looked at; of none nothing passes.
@@ -77,6 +80,12 @@ impl Finding {
         if self.verdict == Verdict::Failed && self.value.is_finite() && !limits.is_binding {
             self.verdict = Verdict::Rough;
         }
+        self
+    }
+
+    /// With a detail that is worth showing even when nothing is wrong.
+    pub(super) fn telling(mut self) -> Finding {
+        self.tells = true;
         self
     }
 

@@ -108,11 +108,13 @@ pub(super) fn row_sums(subject: &Subject<'_>, limits: &Limits) -> Vec<Finding> {
         Finding::share(FACTORS, "row sums above 1.05, mean excess", excess.mean, limits.balance)
             .of(subject.leaves.len() as u64)
             .unless_rough(limits)
-            .at(most),
+            .at(most)
+            .telling(),
         Finding::share(FACTORS, "row sums against rays", (linked - found).abs(), limits.row_sum)
             .of(rows.len() as u64)
             .unless_rough(limits)
-            .at(worst),
+            .at(worst)
+            .telling(),
     ]
 }
 

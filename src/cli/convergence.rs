@@ -14,7 +14,7 @@ use crate::report::{json, memory, plot};
 /// Solves at one setting after the other, as configured.
 ///
 /// # Errors
-/// The first thing that goes wrong; then no output has been touched.
+/// The first thing that goes wrong; then no output has been touched, unless the second of two cannot be written.
 pub(super) fn run(config: &ConvergenceConfig) -> Result<(), CliError> {
     for path in &config.run.outputs {
         check_destination(path)?;
@@ -54,12 +54,12 @@ fn run_in_pool(config: &ConvergenceConfig, progress: &dyn Progress) -> Result<()
             console::note(&format!("{} of {} settings\n", index + 1, config.settings.len()));
         }
     }
+    console::answer(&found.table())?;
     if let Some(path) = &config.output {
         json::write_json(path, &found)?;
     }
     if let Some(path) = &config.plot {
         plot::write_convergence(path, &found)?;
     }
-    console::answer(&found.table())?;
     Ok(())
 }

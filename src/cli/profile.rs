@@ -76,13 +76,13 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
         yardstick: runs.iter().position(is_yardstick).unwrap_or(0),
         runs,
     };
+    console::answer(&found.table())?;
     if let Some(path) = &config.output {
         json::write_json(path, &found)?;
     }
     if let Some(path) = &config.plot {
         plot::write_profile(path, &found)?;
     }
-    console::answer(&found.table())?;
     Ok(())
 }
 

@@ -15,8 +15,11 @@ pub const SAMPLES: u32 = 4096;
 /// A point this near to a facet lies on it, local length: the digits of a text file.
 const NEAR: f64 = 2e-5;
 
-/// The normal of a point on a facet is no further from the facet's than this, as a cosine.
+/// Of several facets a point lies on, those whose normals are this near to its own come first, as a cosine.
 const ALIGNED: f64 = 0.95;
+
+/// A point whose normal lies as good as in the plane of a facet is on neither side of it, as a cosine.
+const ACROSS: f64 = 0.1;
 
 /// How far above its facet a point is taken to be, local length.
 const LIFT: f64 = 5.0 * TOLERANCE;
@@ -61,11 +64,12 @@ impl<'a> Gatherer<'a> {
         Irradiance { total: direct + reflected, direct }
     }
 
-    /// A point on a facet is put just above it.
+    /// A point on a facet is put just above it, and off the border, where others may stand on it.
     fn placed(&self, point: DVec3, normal: DVec3) -> Spotlit {
         match self.side_at(point, normal) {
             Some(Side { facet, back }) => {
                 let plane = self.hierarchy.facets[facet as usize].plane;
+                let point = self.hierarchy.polygon(facet).inside(point, plane.normal, LIFT);
                 let plane = if back { plane.flipped() } else { plane };
                 let point = point + plane.normal * (LIFT - plane.distance(point));
                 Spotlit { point, normal, surface: plane.normal, facet }
@@ -76,7 +80,8 @@ impl<'a> Gatherer<'a> {
 
     /// The side that a point with this normal lies on.
     fn side_at(&self, point: DVec3, normal: DVec3) -> Option<Side> {
-        let mut best: Option<(f64, Side)> = None;
+        // The nearest of those with its normal, otherwise the one whose normal comes nearest.
+        let mut best: Option<((bool, f64), Side)> = None;
         let mut stack = vec![0u32];
         while let Some(index) = stack.pop() {
             let node = &self.hierarchy.nodes[index as usize];
@@ -92,8 +97,10 @@ impl<'a> Gatherer<'a> {
                     let out = polygon.outside_distance(point, plane.normal);
                     let cosine = plane.normal.dot(normal);
                     let distance = off.max(out);
-                    if distance <= NEAR && cosine.abs() > ALIGNED && best.is_none_or(|(d, _)| distance < d) {
-                        best = Some((distance, Side { facet, back: cosine < 0.0 }));
+                    let is_tilted = cosine.abs() <= ALIGNED;
+                    let rank = (is_tilted, if is_tilted { -cosine.abs() } else { distance });
+                    if distance <= NEAR && cosine.abs() > ACROSS && best.is_none_or(|(b, _)| rank < b) {
+                        best = Some((rank, Side { facet, back: cosine < 0.0 }));
                     }
                 }
             }

@@ -168,6 +168,17 @@ impl Polygon {
         (v.len() >= 3).then(|| Polygon::new(&v[..v.len().min(MAX_VERTICES)]))
     }
 
+    /// `point` moved along the plane to `margin` inside the outline, seen along the unit `normal`; of a polygon
+    /// narrower than that, its middle.
+    pub fn inside(&self, point: DVec3, normal: DVec3, margin: f64) -> DVec3 {
+        let mut moved = point;
+        for (a, b) in self.edges() {
+            let outward = (b - a).cross(normal).normalize_or_zero();
+            moved -= outward * ((moved - a).dot(outward) + margin).max(0.0);
+        }
+        if self.outside_distance(moved, normal) < -0.5 * margin { moved } else { self.center() }
+    }
+
     /// How far `point` lies outside the outline, seen along the unit `normal`; negative inside.
     pub fn outside_distance(&self, point: DVec3, normal: DVec3) -> f64 {
         self.edges()

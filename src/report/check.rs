@@ -41,9 +41,9 @@ impl CheckReport<'_> {
         let heads = ["", "", "value", "limit", "looked at", ""].map(str::to_owned);
         let mut text = format!("{}, limits of --quality {}, {}\n\n", self.scene, self.quality, self.tracer);
         text.push_str(&aligned(&heads, &rows));
-        let is_off = |f: &&Finding| matches!(f.verdict, Verdict::Rough | Verdict::Failed);
+        let is_shown = |f: &&Finding| f.tells || matches!(f.verdict, Verdict::Rough | Verdict::Failed);
         let details: Vec<&Finding> =
-            findings.iter().filter(is_off).filter(|f| !f.detail.is_empty()).collect();
+            findings.iter().filter(is_shown).filter(|f| !f.detail.is_empty()).collect();
         // Writing to a string cannot fail.
         for finding in details {
             let _ = writeln!(text, "\n{}: {}\n  {}", finding.group, finding.name, finding.detail);
@@ -128,7 +128,17 @@ mod tests {
 
     fn finding(name: &'static str, value: f64, verdict: Verdict) -> Finding {
         let detail = format!("at {name}");
-        Finding { group: "light", name, unit: Unit::Share, value, limit: 0.01, verdict, looked_at: 9, detail }
+        Finding {
+            group: "light",
+            name,
+            unit: Unit::Share,
+            value,
+            limit: 0.01,
+            verdict,
+            looked_at: 9,
+            detail,
+            tells: false,
+        }
     }
 
     fn sample() -> Check {

@@ -68,3 +68,15 @@ fn files_that_do_not_fit_are_named_before_anything_is_solved() {
     }
     assert_eq!(folder.names(), ["corner.obj", "points.txt", "reference.csv", "scene.toml"]);
 }
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_answer_that_cannot_be_given_leaves_no_files() {
+    let folder = folder(2);
+    let names = folder.names();
+    let full = std::fs::File::options().write(true).open("/dev/full").expect("a full device");
+    let options = ["--quality", "draft", "--settings", "2", "-o", "c.json", "--plot", "c.svg", "-q"];
+    let output = folder.command(&[&BASE[..], &options].concat()).stdout(full).output().expect("it runs");
+    assert_eq!(output.status.code(), Some(6), "{output:?}");
+    assert_eq!(folder.names(), names);
+}

@@ -22,9 +22,12 @@ fn furnace(reflectance: f32) -> Case {
     Case::of(room.finish(), false)
 }
 
-/// In the middle of walls, near edges and corners, on the box, under it, and in the air.
-fn points() -> [Point; 8] {
+/// In the middle of walls, near edges and corners and right on them, on the box, under it, and in the air.
+fn points() -> [Point; 11] {
     [
+        (DVec3::new(0.0, 1.5, 0.0), DVec3::Z),
+        (DVec3::ZERO, DVec3::Z),
+        (DVec3::new(4.0, 3.0, 1.1), -DVec3::X),
         (DVec3::new(2.0, 0.3, 0.0), DVec3::Z),
         (DVec3::new(0.01, 0.02, 0.0), DVec3::Z),
         (DVec3::new(4.0, 1.5, 1.2), -DVec3::X),

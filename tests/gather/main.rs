@@ -1,5 +1,5 @@
 //! Light at single points, against what is known on paper: Lambert's formula for a polygon, a penumbra
-//! that is known exactly, an opening into a room of known brightness, the furnace.
+//! that is known exactly, an opening into a room of known brightness, one coloured bounce, the furnace.
 
 #[path = "../embree_or_skip/mod.rs"]
 mod embree_or_skip;
@@ -20,3 +20,4 @@ mod lambert;
 mod opening;
 mod penumbra;
 mod polygon;
+mod reflection;
