@@ -147,11 +147,6 @@ impl<'a> Party<'a> {
         }
     }
 
-    /// Mean exitance, largest channel.
-    pub(super) fn exitance(&self, hierarchy: &Hierarchy, light: &Light) -> f64 {
-        self.output(light).0 / self.area(hierarchy).max(f64::MIN_POSITIVE)
-    }
-
     /// Power it sends at most, and its largest exitance.
     fn output(&self, light: &Light) -> (f64, f64) {
         match self {

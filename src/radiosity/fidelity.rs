@@ -1,6 +1,6 @@
 //! How far the visibility that links hold is from what very many rays say.
 
-use super::estimate::{Party, estimate};
+use super::estimate::Party;
 use super::links::{Link, LinkClass};
 use super::shading::Shading;
 use super::solve::Solution;
@@ -22,8 +22,9 @@ const OTHER_RAYS: u64 = 0x5eed_0f07_4e7a_2757;
 
 /// Difference between the visibility of links and the share of many rays that are clear.
 ///
-/// Links count as much as they exchange light: by the form factor times the area of the receiver. The rays
-/// have noise of their own, up to 0.03 of a link that is half visible.
+/// Links count by the power that they would carry unobstructed: form factor × exitance × area. (By form factor and
+/// area alone, a single link between clusters inside each other, from surfaces that are as good as dark, can
+/// outweigh all others.) The rays have noise of their own, up to 0.03 of a link that is half visible.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct VisibilityError {
     /// Links looked at.
@@ -90,9 +91,9 @@ fn difference(
     let (forest, light) = (&solution.forest, &solution.light);
     let [receiver, source] =
         [link.receiver, link.source].map(|id| Party::of_id(id, hierarchy, forest, light));
-    let figures = estimate(&receiver, &source, hierarchy, light)?;
-    let exitance = source.exitance(hierarchy, light);
-    if figures.power <= 0.0 || exitance <= 0.0 {
+    let unobstructed = light.carried(hierarchy, forest, &Link { visibility: 1.0, ..*link });
+    let power = unobstructed.element_sum() as f64 * receiver.area(hierarchy);
+    if !(power > 0.0) {
         return None;
     }
     let (lit, shining) = (receiver.part_facing(&source), source.part_facing(&receiver));
@@ -112,7 +113,7 @@ fn difference(
             brightness: (strategy != Strategy::Sampled && !source.is_uniform()).then_some(&shading),
         },
     );
-    Some((figures.power / exitance, (many - link.visibility).abs() as f64))
+    Some((power, (many - link.visibility).abs() as f64))
 }
 
 #[cfg(test)]
