@@ -6,19 +6,18 @@ use glam::DVec3;
 /// Room for a facet clipped by every plane of a shaft and every face of its box.
 const CAPACITY: usize = 48;
 
-/// A convex polygon being clipped, in fixed storage.
+/// A convex polygon being clipped, in fixed storage for `N` vertices.
 #[derive(Clone, Debug)]
-pub struct Clip {
+pub struct Clip<const N: usize = CAPACITY> {
     count: usize,
-    points: [DVec3; CAPACITY],
-    spare: [DVec3; CAPACITY],
+    points: [DVec3; N],
+    spare: [DVec3; N],
 }
 
-impl Clip {
+impl<const N: usize> Clip<N> {
     /// Starts with these vertices (at most 8).
-    pub fn new(vertices: &[DVec3]) -> Clip {
-        let mut clip =
-            Clip { count: vertices.len(), points: [DVec3::ZERO; CAPACITY], spare: [DVec3::ZERO; CAPACITY] };
+    pub fn new(vertices: &[DVec3]) -> Self {
+        let mut clip = Clip { count: vertices.len(), points: [DVec3::ZERO; N], spare: [DVec3::ZERO; N] };
         clip.points[..vertices.len()].copy_from_slice(vertices);
         clip
     }
@@ -34,11 +33,11 @@ impl Clip {
         for i in 0..self.count {
             let (a, b) = (self.points[i], self.points[(i + 1) % self.count]);
             let (da, db) = (plane.distance(a) - margin, plane.distance(b) - margin);
-            if da >= 0.0 && kept < CAPACITY {
+            if da >= 0.0 && kept < N {
                 self.spare[kept] = a;
                 kept += 1;
             }
-            if (da > 0.0 && db < 0.0 || da < 0.0 && db > 0.0) && kept < CAPACITY {
+            if (da > 0.0 && db < 0.0 || da < 0.0 && db > 0.0) && kept < N {
                 self.spare[kept] = a + (b - a) * (da / (da - db));
                 kept += 1;
             }
@@ -66,7 +65,7 @@ mod tests {
     #[test]
     fn clipping_a_square_by_four_planes_leaves_the_middle() {
         let square = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 0.0));
-        let mut clip = Clip::new(&square);
+        let mut clip = Clip::<48>::new(&square);
         for normal in [DVec3::X, DVec3::Y, -DVec3::X, -DVec3::Y] {
             let middle = DVec3::new(0.5, 0.5, 0.0);
             assert!(clip.keep_front(&Plane::through(middle - normal * 0.25, normal), 0.0));

@@ -162,7 +162,7 @@ impl Polygon {
         if self.vertices().iter().all(|&v| plane.distance(v) >= 0.0) {
             return Some(*self);
         }
-        let mut piece = super::Clip::new(self.vertices());
+        let mut piece = super::Clip::<{ MAX_VERTICES + 1 }>::new(self.vertices());
         piece.keep_front(plane, 0.0);
         let v = piece.vertices();
         (v.len() >= 3).then(|| Polygon::new(&v[..v.len().min(MAX_VERTICES)]))

@@ -47,18 +47,29 @@ impl Shaft {
 
     /// Whether any part of a convex outline is in the shaft by more than `margin`.
     pub fn holds_part_of(&self, vertices: &[DVec3], margin: f64) -> bool {
-        let mut piece = Clip::new(vertices);
-        self.faces_across(vertices, margin).all(|face| piece.keep_front(&face, margin))
-            && self.planes().iter().all(|plane| piece.keep_front(plane, margin))
+        // Most outlines lie behind some plane, and of the others most planes cut nothing off.
+        let mut cutting = 0u64;
+        for (index, plane) in self.faces().iter().chain(self.planes()).enumerate() {
+            match vertices.iter().filter(|&&v| plane.distance(v) >= margin).count() {
+                0 => return false,
+                inside if inside < vertices.len() => cutting |= 1 << index,
+                _ => {}
+            }
+        }
+        if cutting == 0 {
+            return true;
+        }
+        let mut piece: Clip = Clip::new(vertices);
+        let mut planes = self.faces().into_iter().chain(self.planes().iter().copied()).enumerate();
+        planes.all(|(index, plane)| cutting & 1 << index == 0 || piece.keep_front(&plane, margin))
     }
 
-    /// The faces of the box around both ends that do not have all `vertices` in front of them by `margin`.
-    fn faces_across<'a>(&self, vertices: &'a [DVec3], margin: f64) -> impl Iterator<Item = Plane> + use<'a> {
+    /// The faces of the box around both ends.
+    fn faces(&self) -> [Plane; 6] {
         let corners = [(self.bounds.min.as_dvec3(), 1.0), (self.bounds.max.as_dvec3(), -1.0)];
-        corners
-            .into_iter()
-            .flat_map(|(corner, sign)| DVec3::AXES.map(|axis| Plane::through(corner, axis * sign)))
-            .filter(move |face| vertices.iter().any(|&v| face.distance(v) < margin))
+        let [low, high] =
+            corners.map(|(corner, sign)| DVec3::AXES.map(|axis| Plane::through(corner, axis * sign)));
+        [low[0], low[1], low[2], high[0], high[1], high[2]]
     }
 
     /// Narrows `nodes` (ascending node ids) down to what may block inside the shaft.
