@@ -17,11 +17,11 @@ const MATTERS: f64 = 1.0;
 
 /// Rays that have to agree to be believed about two elements, for each unit of importance and each ray of a link.
 /// Of n that agree the next disagrees with a chance of 1 / (n + 2) (rule of succession): with 16 rays for a link,
-/// 1/8 of what a link may get wrong is at risk.
-const RAYS_PER_IMPORTANCE: f64 = 0.5;
+/// 1/16 of what a link may get wrong is at risk.
+const RAYS_PER_IMPORTANCE: f64 = 1.0;
 
 /// The fewest and the most such rays, for each ray of a link.
-const BELIEVED_RAYS: [u32; 2] = [2, 16];
+const BELIEVED_RAYS: [u32; 2] = [4, 16];
 
 /// How many times the rays links that draw a shadow get.
 const SHADOW_RAYS: f64 = 4.0;
