@@ -93,7 +93,7 @@ fn difference(
         [link.receiver, link.source].map(|id| Party::of_id(id, hierarchy, forest, light));
     let unobstructed = light.carried(hierarchy, forest, &Link { visibility: 1.0, ..*link });
     let power = unobstructed.element_sum() as f64 * receiver.area(hierarchy);
-    if !(power > 0.0) {
+    if power.is_nan() || power <= 0.0 {
         return None;
     }
     let (lit, shining) = (receiver.part_facing(&source), source.part_facing(&receiver));
