@@ -152,7 +152,7 @@ fn shafts(criterion: &mut Criterion, office: &Office) {
     });
     group.bench_function("clip by a plane", |bencher| {
         bencher.iter_batched_ref(
-            || office.pairs.iter().map(|[r, _]| Clip::new(r.polygon.vertices())).collect::<Vec<_>>(),
+            || office.pairs.iter().map(|[r, _]| Clip::<9>::new(r.polygon.vertices())).collect::<Vec<_>>(),
             |pieces| {
                 for (piece, [r, s]) in pieces.iter_mut().zip(&office.pairs) {
                     let plane = Plane::through(r.polygon.center(), s.plane.normal);
