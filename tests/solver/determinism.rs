@@ -115,5 +115,6 @@ fn one_bit_is_noticed() {
     *factor = f32::from_bits(factor.to_bits() ^ 1);
     let after = fingerprint(&case, &tracer, &solution);
     assert_ne!(before.links, after.links);
-    assert_eq!(Fingerprint { links: before.links, ..after }, before);
+    // The view of the mesh is coloured by the links, so that the bit may show there.
+    assert_eq!(Fingerprint { links: before.links, mesh_view: before.mesh_view, ..after }, before);
 }
