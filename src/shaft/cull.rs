@@ -48,8 +48,10 @@ impl Shaft {
     /// Whether any part of a convex outline is in the shaft by more than `margin`.
     pub fn holds_part_of(&self, vertices: &[DVec3], margin: f64) -> bool {
         // Most outlines lie behind some plane, and of the others most planes cut nothing off.
+        let faces = self.faces();
+        let planes = || faces.iter().chain(self.planes()).enumerate();
         let mut cutting = 0u64;
-        for (index, plane) in self.faces().iter().chain(self.planes()).enumerate() {
+        for (index, plane) in planes() {
             match vertices.iter().filter(|&&v| plane.distance(v) >= margin).count() {
                 0 => return false,
                 inside if inside < vertices.len() => cutting |= 1 << index,
@@ -60,8 +62,7 @@ impl Shaft {
             return true;
         }
         let mut piece: Clip = Clip::new(vertices);
-        let mut planes = self.faces().into_iter().chain(self.planes().iter().copied()).enumerate();
-        planes.all(|(index, plane)| cutting & 1 << index == 0 || piece.keep_front(&plane, margin))
+        planes().all(|(index, plane)| cutting & 1 << index == 0 || piece.keep_front(plane, margin))
     }
 
     /// The faces of the box around both ends.
