@@ -13,6 +13,9 @@ use std::f64::consts::PI;
 /// A receiver further away than this many times its extent is described by its centre.
 const FAR: f64 = 5.0;
 
+/// Form factors that differ by more than this share of their mean between a few points are taken at more.
+const UNEVEN: f64 = 0.25;
+
 /// A node of a pair, with the light it sends.
 #[derive(Clone, Debug)]
 #[expect(clippy::large_enum_variant, reason = "elements are most of them, and made far too often for a box")]
@@ -242,10 +245,11 @@ fn element_factor(receiver: &Piece<'_>, source: &Piece<'_>) -> Option<(f64, f64)
     let factor = if lit.area() > shining.area() {
         // The contour formula is exact over the one of larger area, and what the source sends to the receiver is
         // what the receiver gets: A_i F_ij = A_j F_ji.
-        let back = Sampled::over(&shining, source.plane.normal, &PolygonSource::new(&lit, receiver.plane));
-        back.mean.min(1.0) * shining.area() / receiver.polygon.area()
+        let (other, normal) = (PolygonSource::new(&lit, receiver.plane), source.plane.normal);
+        let back = Sampled::over(&shining, normal, &other).refined_mean(&shining, normal, &other);
+        back.min(1.0) * shining.area() / receiver.polygon.area()
     } else {
-        share * sampled.mean
+        share * sampled.refined_mean(&lit, normal, &seen)
     };
     (factor > 0.0 || sampled.high > 0.0 || near > 0.0).then_some((factor, spread))
 }
@@ -277,6 +281,16 @@ impl Sampled {
             high = high.max(f);
         }
         Sampled { mean: sum / vertices.len() as f64, low, high, inset }
+    }
+
+    /// The mean by more points where it differs much over the polygon, as near a contact: by those of its quarters.
+    fn refined_mean(&self, polygon: &Polygon, normal: DVec3, other: &PolygonSource<'_>) -> f64 {
+        if self.high - self.low <= UNEVEN * self.mean {
+            return self.mean;
+        }
+        let quarters = polygon.bisect().into_iter().flat_map(|half| half.bisect());
+        let sum: f64 = quarters.map(|part| Sampled::over(&part, normal, other).mean * part.area()).sum();
+        sum / polygon.area()
     }
 }
 
