@@ -60,6 +60,8 @@ impl Finding {
 
     /// A share that must not exceed its limit.
     pub(super) fn share(group: &'static str, name: &'static str, value: f64, limit: f64) -> Finding {
+        // The sum of nothing is -0.
+        let value = value + 0.0;
         // What is not a number is not within the limit.
         let verdict = if value <= limit { Verdict::Passed } else { Verdict::Failed };
         let (unit, looked_at, detail) = (Unit::Share, 0, String::new());

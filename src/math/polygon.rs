@@ -7,6 +7,9 @@ use glam::DVec3;
 /// Most vertices of a facet.
 pub const MAX_VERTICES: usize = 8;
 
+/// How often a point is moved inside each edge in turn.
+const MOVES_INSIDE: u32 = 4;
+
 /// A convex planar polygon with 3 to [`MAX_VERTICES`] vertices, counter-clockwise from its front.
 #[derive(Clone, Copy, Debug)]
 pub struct Polygon {
@@ -33,7 +36,7 @@ impl Polygon {
     }
 
     /// The edges as pairs of end points, in order.
-    pub fn edges(&self) -> impl Iterator<Item = (DVec3, DVec3)> + '_ {
+    pub fn edges(&self) -> impl Iterator<Item = (DVec3, DVec3)> + Clone + '_ {
         let v = self.vertices();
         (0..v.len()).map(move |i| (v[i], v[(i + 1) % v.len()]))
     }
@@ -168,15 +171,27 @@ impl Polygon {
         (v.len() >= 3).then(|| Polygon::new(&v[..v.len().min(MAX_VERTICES)]))
     }
 
-    /// `point` moved along the plane to `margin` inside the outline, seen along the unit `normal`; of a polygon
-    /// narrower than that, its middle.
+    /// `point` moved along the plane, not much further than need be, to `margin` inside the outline, seen along the unit
+    /// `normal`: to half as deep as the middle where that is not as deep.
     pub fn inside(&self, point: DVec3, normal: DVec3, margin: f64) -> DVec3 {
-        let mut moved = point;
-        for (a, b) in self.edges() {
+        let center = self.center();
+        // For each edge: outward direction, a point of it, how deep the point has to lie.
+        let edges = self.edges().map(|(a, b)| {
             let outward = (b - a).cross(normal).normalize_or_zero();
-            moved -= outward * ((moved - a).dot(outward) + margin).max(0.0);
+            (outward, a, margin.min(0.5 * (a - center).dot(outward)))
+        });
+        let mut moved = point;
+        for _ in 0..MOVES_INSIDE {
+            for (outward, a, depth) in edges.clone() {
+                moved -= outward * ((moved - a).dot(outward) + depth).max(0.0);
+            }
         }
-        if self.outside_distance(moved, normal) < -0.5 * margin { moved } else { self.center() }
+        // In a sharp corner the edges push back and forth: the rest of the way is towards the middle.
+        let share = edges.map(|(outward, a, depth)| {
+            let missing = (moved - a).dot(outward) + depth;
+            if missing > 0.0 { missing / (moved - center).dot(outward) } else { 0.0 }
+        });
+        moved.lerp(center, share.fold(0.0, f64::max).min(1.0))
     }
 
     /// How far `point` lies outside the outline, seen along the unit `normal`; negative inside.
@@ -287,6 +302,30 @@ mod tests {
         }
         let share = inside as f64 / (n * n) as f64;
         assert!((share - left.unwrap_or(0.0) / pentagon.area()).abs() < 5e-3, "share {share}");
+    }
+
+    #[test]
+    fn points_move_inside_and_not_much_further_than_need_be() {
+        let margin = 1e-5;
+        for degrees in [3f64, 10.0, 45.0, 60.0, 90.0, 120.0, 170.0] {
+            let half = 0.5 * degrees.to_radians();
+            let (sin, cos) = half.sin_cos();
+            let corner = Polygon::new(&[DVec3::ZERO, DVec3::new(cos, -sin, 0.0), DVec3::new(cos, sin, 0.0)]);
+            let moved = corner.inside(DVec3::ZERO, DVec3::Z, margin);
+            let depth = -corner.outside_distance(moved, DVec3::Z);
+            assert!(depth > 0.999 * margin, "{degrees}: {depth}");
+            assert!(moved.length() < 2.1 * margin / sin, "{degrees}: {moved}");
+            let deep = corner.center();
+            assert_eq!(corner.inside(deep, DVec3::Z, margin), deep);
+        }
+        // Of a strip narrower than the margin, points go to where it is half as deep as in the middle.
+        let strip = Polygon::new(
+            &[(0.0, 0.0), (1.0, 0.0), (1.0, 1e-6), (0.0, 1e-6)].map(|(x, y)| DVec3::new(x, y, 0.0)),
+        );
+        for x in [0.1, 0.5, 0.9] {
+            let moved = strip.inside(DVec3::new(x, 0.0, 0.0), DVec3::Z, margin);
+            assert!(moved.distance(DVec3::new(x, 2.5e-7, 0.0)) < 1e-9, "{moved}");
+        }
     }
 
     #[test]

@@ -15,6 +15,9 @@ const SIZE: (u32, u32) = (720, 480);
 /// How far the axes reach beyond the data.
 const MARGIN: f64 = 1.5;
 
+/// Marks on an axis, at most; enough for those between the powers of ten where there are two of these.
+const MOST_MARKS: usize = 20;
+
 /// Values below this are drawn at it: the axes are logarithmic.
 const LEAST: f64 = 1e-3;
 
@@ -92,7 +95,7 @@ pub fn write_profile(path: &Path, found: &Profile) -> Result<(), OutputError> {
     let plot = Plot {
         title: format!("{}: visibility", found.scene),
         x: "time in visibility, all threads (s)",
-        y: "visibility error, mean over links by form factor (%)",
+        y: "visibility error, mean over links by power (%)",
         curves,
     };
     plot.write(path)
@@ -112,7 +115,10 @@ impl Plot<'_> {
     fn range(&self, value: fn((f64, f64)) -> f64) -> std::ops::Range<f64> {
         let values = || self.curves.iter().flat_map(Curve::drawn).map(|point| value(point.0));
         let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(LEAST, f64::max));
-        low.min(high) / MARGIN..high * MARGIN
+        // Marks begin at a power of ten; what lies below the first would have none. A little less, or rounding
+        // may leave it out.
+        let low = 0.999 * 10f64.powf((low.min(high) / MARGIN).log10().floor());
+        low..high * MARGIN
     }
 
     fn draw(&self, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), String> {
@@ -129,8 +135,10 @@ impl Plot<'_> {
             .configure_mesh()
             .x_desc(self.x)
             .y_desc(self.y)
-            .x_label_formatter(&|x| plain(*x))
-            .y_label_formatter(&|y| plain(*y))
+            .x_labels(MOST_MARKS)
+            .y_labels(MOST_MARKS)
+            .x_label_formatter(&|x| mark(*x))
+            .y_label_formatter(&|y| mark(*y))
             .light_line_style(TRANSPARENT)
             .label_style(("sans-serif", 14))
             .draw()
@@ -160,6 +168,13 @@ impl Plot<'_> {
     }
 }
 
+/// The label of a mark on an axis: of 1, 2 and 5 and their tenfolds; more would not fit.
+fn mark(x: f64) -> String {
+    let leading = x / 10f64.powf(x.abs().max(LEAST).log10().floor());
+    let is_round = [1.0, 2.0, 5.0, 10.0].iter().any(|round| (leading / round - 1.0).abs() < 1e-6);
+    if is_round { plain(x) } else { String::new() }
+}
+
 /// Without an exponent, and without zeros at its end.
 fn plain(x: f64) -> String {
     let digits = (1.0 - x.abs().max(LEAST).log10().floor()).max(0.0) as usize;
@@ -187,6 +202,17 @@ mod tests {
             svg(&[(1.0, 2.0), (f64::INFINITY, 1.0), (2.0, f64::INFINITY), (3.0, f64::NAN), (4.0, 1.0)]);
         let drawn: Vec<bool> = (0..5).map(|i| text.contains(&format!("point {i}"))).collect();
         assert_eq!(drawn, [true, false, false, false, true], "{text}");
+    }
+
+    #[test]
+    fn axes_have_marks_on_both_sides_of_the_data() {
+        let text = svg(&[(0.5, 1.7), (28.0, 11.0)]);
+        let labels: Vec<f64> = text.lines().filter_map(|line| line.trim().parse().ok()).collect();
+        for (below, above) in [(0.5, 28.0), (1.7, 11.0)] {
+            assert!(labels.iter().any(|&x| x <= below), "nothing below {below}: {labels:?}");
+            assert!(labels.iter().any(|&x| x > below && x < above), "nothing above {below}: {labels:?}");
+        }
+        assert!(labels.iter().filter(|&&x| x == 2.0).count() == 2, "each axis has a mark at 2: {labels:?}");
     }
 
     #[test]

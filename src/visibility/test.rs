@@ -314,7 +314,7 @@ impl<'a> Tester<'a> {
     /// How many rays have to agree to be believed without a proof; `None` where too much rests on them.
     fn believed_rays(&self, pair: &Pair<'_>) -> Option<u32> {
         let rays = self.options.rays;
-        if !pair.joins_elements() {
+        if !pair.joins_elements() || self.options.certify {
             return (pair.importance < MATTERS).then_some(rays * SHADOW_RAYS as u32);
         }
         let [fewest, most] = BELIEVED_RAYS.map(|times| times * rays);
