@@ -83,11 +83,7 @@ impl Content {
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
         // The error of the library names the temporary file, which is no concern of the user.
-        builder.tempfile_in(folder).map(Self::Named).map_err(|error| {
-            let inner = error.get_ref().and_then(|outer| outer.source()?.downcast_ref::<io::Error>());
-            let code = inner.and_then(io::Error::raw_os_error);
-            code.map_or_else(|| error.kind().into(), io::Error::from_raw_os_error)
-        })
+        builder.tempfile_in(folder).map(Self::Named).map_err(|error| error.kind().into())
     }
 
     fn file(&self) -> &File {
