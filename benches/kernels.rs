@@ -9,7 +9,7 @@ use std::time::Duration;
 use criterion::{BatchSize, Criterion, Throughput};
 use glam::DVec3;
 use lightshaft::hierarchy::{Hierarchy, TOLERANCE};
-use lightshaft::math::{Aabb, Clip, PairSequence, Plane, Polygon};
+use lightshaft::math::{Aabb, Clip, MAX_VERTICES, PairSequence, Plane, Polygon};
 use lightshaft::progress::Silent;
 use lightshaft::radiosity::{self, PolygonSource, Solution, SolveOptions};
 use lightshaft::scene::{self, OfficeOptions, Scene, generate_office};
@@ -152,7 +152,13 @@ fn shafts(criterion: &mut Criterion, office: &Office) {
     });
     group.bench_function("clip by a plane", |bencher| {
         bencher.iter_batched_ref(
-            || office.pairs.iter().map(|[r, _]| Clip::<9>::new(r.polygon.vertices())).collect::<Vec<_>>(),
+            || {
+                office
+                    .pairs
+                    .iter()
+                    .map(|[r, _]| Clip::<{ MAX_VERTICES + 1 }>::new(r.polygon.vertices()))
+                    .collect::<Vec<_>>()
+            },
             |pieces| {
                 for (piece, [r, s]) in pieces.iter_mut().zip(&office.pairs) {
                     let plane = Plane::through(r.polygon.center(), s.plane.normal);

@@ -171,8 +171,8 @@ impl Polygon {
         (v.len() >= 3).then(|| Polygon::new(&v[..v.len().min(MAX_VERTICES)]))
     }
 
-    /// `point` moved along the plane, not much further than need be, to `margin` inside the outline, seen along the unit
-    /// `normal`: to half as deep as the middle where that is not as deep.
+    /// `point` moved along the plane, not much further than need be, to `margin` inside the outline, seen along
+    /// the unit `normal`; only half as deep as the middle where that is less.
     pub fn inside(&self, point: DVec3, normal: DVec3, margin: f64) -> DVec3 {
         let center = self.center();
         // For each edge: outward direction, a point of it, how deep the point has to lie.

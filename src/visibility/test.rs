@@ -311,7 +311,8 @@ impl<'a> Tester<'a> {
         self.cast(worker, pair, count, true, candidates, shaft)
     }
 
-    /// How many rays have to agree to be believed without a proof; `None` where too much rests on them.
+    /// How many rays have to agree to be believed without a proof; `None` where too much rests on them. Where only
+    /// proofs are inherited, proofs are tried as soon as a pair matters.
     fn believed_rays(&self, pair: &Pair<'_>) -> Option<u32> {
         let rays = self.options.rays;
         if !pair.joins_elements() || self.options.certify {
