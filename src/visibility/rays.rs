@@ -7,8 +7,22 @@ use crate::shaft::Shaft;
 use crate::tracer::{Candidates, FilterAudit, Interval, NO_FACET, PACKET, Segment};
 use glam::DVec3;
 
+/// Rays of the first packet where two that disagree end the test: most that disagree do so at once.
+const FIRST_PACKET: u32 = 4;
+
 /// Most pairs of points tried to find two that face each other.
 const MOST_TRIED: u32 = 256;
+
+/// How many rays a pair gets.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Quota {
+    /// So many.
+    pub(super) count: u32,
+    /// So many in all, when those are all blocked.
+    pub(super) if_blocked: u32,
+    /// No more after a packet in which two disagreed (paper §2.4).
+    pub(super) until_mixed: bool,
+}
 
 /// One ray of a pair, kept until it is known whether its weight is wanted.
 #[derive(Clone, Copy, Debug)]
@@ -61,16 +75,14 @@ impl RayCount {
 }
 
 impl Tester<'_> {
-    /// Casts up to `count` rays between points of both nodes that face each other; with
-    /// `until_mixed`, stops after the packet in which two rays disagreed (paper §2.4).
+    /// Casts rays between points of both nodes that face each other.
     ///
     /// `shaft`, when at hand, is asked about rejected hits; otherwise one is built for that.
     pub(super) fn cast(
         &self,
         worker: &mut Worker,
         pair: &Pair<'_>,
-        count: u32,
-        until_mixed: bool,
+        quota: Quota,
         candidates: Candidates<'_>,
         shaft: Option<&Shaft>,
     ) -> RayCount {
@@ -87,9 +99,10 @@ impl Tester<'_> {
         let softening =
             0.01 * receiver.center(self.hierarchy).distance_squared(source.center(self.hierarchy));
         // Points that face away are passed over; twice the rays are tried, or more to find one at all.
-        let mut tried = 0;
+        let (mut count, mut tried) = (quota.count, 0);
         while met.cast() < count && tried < 2 * count || met.cast() == 0 && tried < MOST_TRIED {
-            let wanted = (count - met.cast()).min(PACKET as u32) as usize;
+            let packet = if quota.until_mixed && met.cast() == 0 { FIRST_PACKET } else { PACKET as u32 };
+            let wanted = (count - met.cast()).min(packet) as usize;
             let mut ready = 0;
             while ready < wanted && (tried < 2 * count || ready == 0 && tried < MOST_TRIED) {
                 let [a, b, c, d] = sequence.point(tried);
@@ -132,15 +145,18 @@ impl Tester<'_> {
                 met.clear += u32::from(sighting.clear);
                 met.blocked += u32::from(!sighting.clear);
             }
-            if until_mixed && met.is_mixed() {
+            if quota.until_mixed && met.is_mixed() {
                 break;
+            }
+            if met.clear == 0 && met.cast() >= count {
+                count = quota.if_blocked;
             }
         }
         met.fraction = match (met.clear, met.blocked) {
             (_, 0) => 1.0,
             (0, _) => 0.0,
             // Disagreement was all that was asked for.
-            _ if until_mixed => 0.5,
+            _ if quota.until_mixed => 0.5,
             _ => clear_share(&sightings, pair.brightness),
         };
         worker.sightings = sightings;

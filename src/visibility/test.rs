@@ -1,6 +1,6 @@
 //! The complete test of a pair.
 
-use super::rays::{RayCount, Sighting};
+use super::rays::{Quota, RayCount, Sighting};
 use super::{NodeEnd, Strategy, VisibilityCounters, VisibilityOptions};
 use crate::hierarchy::{Hierarchy, Interval};
 use crate::math::Plane;
@@ -20,7 +20,7 @@ const MATTERS: f64 = 1.0;
 /// 1/16 of what a link may get wrong is at risk.
 const RAYS_PER_IMPORTANCE: f64 = 1.0;
 
-/// The fewest and the most such rays, for each ray of a link.
+/// The fewest and the most such rays, for each ray of a link. A link is dropped as blocked by no fewer, either.
 const BELIEVED_RAYS: [u32; 2] = [4, 16];
 
 /// How many times the rays links that draw a shadow get.
@@ -189,7 +189,9 @@ impl<'a> Tester<'a> {
             Strategy::Shaft => self.shaft_first(worker, pair),
             Strategy::Adaptive => self.rays_first(worker, pair),
             Strategy::Sampled => {
-                let met = self.cast(worker, pair, self.options.rays, false, Candidates::All, None);
+                let count = self.options.rays;
+                let quota = Quota { count, if_blocked: count, until_mixed: false };
+                let met = self.cast(worker, pair, quota, Candidates::All, None);
                 (Verdict { inheritable: false, ..verdict_of(&met) }, None)
             }
         };
@@ -207,7 +209,7 @@ impl<'a> Tester<'a> {
     /// Share of the light that gets through a pair, by rays over the whole scene, whatever the strategy.
     pub fn weigh(&self, worker: &mut Worker, pair: &Pair<'_>) -> f32 {
         let start = Instant::now();
-        let met = self.cast_weighing(worker, pair, Candidates::All, None);
+        let met = self.cast(worker, pair, self.weighing(pair), Candidates::All, None);
         worker.counters.nanoseconds += start.elapsed().as_nanos() as u64;
         met.fraction
     }
@@ -234,10 +236,10 @@ impl<'a> Tester<'a> {
         }
         let candidates = pair.inherited.candidates.for_rays();
         if !pair.subdivided {
-            let met = self.cast_weighing(worker, pair, candidates, None);
+            let met = self.cast(worker, pair, self.weighing(pair), candidates, None);
             return (verdict_of(&met), None);
         }
-        let met = self.cast_classifying(worker, pair, candidates, None);
+        let met = self.cast(worker, pair, self.classifying(pair), candidates, None);
         let mut verdict = verdict_of(&met);
         if verdict.class == Class::Partial {
             return (verdict, None);
@@ -280,11 +282,8 @@ impl<'a> Tester<'a> {
         candidates: Candidates<'_>,
         shaft: Option<&Shaft>,
     ) -> Verdict {
-        let met = if pair.subdivided {
-            self.cast_classifying(worker, pair, candidates, shaft)
-        } else {
-            self.cast_weighing(worker, pair, candidates, shaft)
-        };
+        let quota = if pair.subdivided { self.classifying(pair) } else { self.weighing(pair) };
+        let met = self.cast(worker, pair, quota, candidates, shaft);
         let verdict = verdict_of(&met);
         if verdict.class == Class::Invisible {
             let on_one = self.facets_on_one(worker).into_iter();
@@ -296,19 +295,13 @@ impl<'a> Tester<'a> {
     }
 
     /// For the class of a pair: stops when two rays disagree.
-    fn cast_classifying(
-        &self,
-        worker: &mut Worker,
-        pair: &Pair<'_>,
-        candidates: Candidates<'_>,
-        shaft: Option<&Shaft>,
-    ) -> RayCount {
+    fn classifying(&self, pair: &Pair<'_>) -> Quota {
         // Where agreement alone decides what is inherited, all rays have to agree.
         let count = match self.options.strategy {
             Strategy::Adaptive => self.believed_rays(pair).unwrap_or(self.options.rays),
             _ => self.options.rays,
         };
-        self.cast(worker, pair, count, true, candidates, shaft)
+        Quota { count, if_blocked: count, until_mixed: true }
     }
 
     /// How many rays have to agree to be believed without a proof; `None` where too much rests on them. Where only
@@ -324,15 +317,14 @@ impl<'a> Tester<'a> {
     }
 
     /// For the fraction of a link: more rays where noise would show.
-    fn cast_weighing(
-        &self,
-        worker: &mut Worker,
-        pair: &Pair<'_>,
-        candidates: Candidates<'_>,
-        shaft: Option<&Shaft>,
-    ) -> RayCount {
+    fn weighing(&self, pair: &Pair<'_>) -> Quota {
         let count = (self.options.rays as f64 * pair.prominence.clamp(1.0, SHADOW_RAYS)) as u32;
-        self.cast(worker, pair, count, false, candidates, shaft)
+        // A link that is all blocked is dropped for good.
+        let if_blocked = match self.options.strategy {
+            Strategy::Adaptive => count.max(BELIEVED_RAYS[0] * self.options.rays),
+            _ => count,
+        };
+        Quota { count, if_blocked, until_mixed: false }
     }
 
     /// Facets between the middles of a pair that are large enough to block it, perhaps with others.
