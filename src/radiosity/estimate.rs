@@ -242,12 +242,13 @@ fn element_factor(receiver: &Piece<'_>, source: &Piece<'_>) -> Option<(f64, f64)
     // The quadrature points cover the inner part; the corners lie further out.
     let low = if share < 1.0 { 0.0 } else { sampled.low };
     let spread = ((sampled.high - low) / sampled.inset).max((near - sampled.mean).abs());
-    let factor = if lit.area() > shining.area() {
-        // The contour formula is exact over the one of larger area, and what the source sends to the receiver is
-        // what the receiver gets: A_i F_ij = A_j F_ji.
+    // The contour formula is exact over the one of larger area, and what the source sends to the receiver is what the
+    // receiver gets: A_i F_ij = A_j F_ji. Of two alike it is the same one both ways.
+    let sizes = [lit.area(), shining.area()];
+    let factor = if sizes[0] > sizes[1] || sizes[0] == sizes[1] && receiver.key > source.key {
         let (other, normal) = (PolygonSource::new(&lit, receiver.plane), source.plane.normal);
         let back = Sampled::over(&shining, normal, &other).refined_mean(&shining, normal, &other);
-        back.min(1.0) * shining.area() / receiver.polygon.area()
+        back.min(1.0) * sizes[1] / receiver.polygon.area()
     } else {
         share * sampled.refined_mean(&lit, normal, &seen)
     };

@@ -19,6 +19,7 @@ mod coverage;
 mod covered_pairs;
 mod culling_audit;
 mod determinism;
+mod dropped;
 mod extremes;
 mod furnace;
 mod proofs;
