@@ -231,8 +231,7 @@ pub(super) struct SolutionArgs {
     #[command(flatten)]
     pub(super) exactness: ExactnessArgs,
     /// Visibility rays for a pair of nodes, 1 to 1024 [default: by --quality]; up to 4 times as many for
-    /// what draws a shadow and before a link is dropped as blocked, up to 16 times where their answer is
-    /// believed without a proof
+    /// what draws a shadow or seems blocked, up to 16 times where their answer is believed without a proof
     #[arg(long, value_name = "N", help_heading = "Solution", value_parser = whole(1, 1024), allow_negative_numbers = true)]
     pub(super) rays: Option<u32>,
     /// How visibility between two nodes is decided

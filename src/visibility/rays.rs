@@ -16,11 +16,12 @@ const MOST_TRIED: u32 = 256;
 /// How many rays a pair gets.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Quota {
-    /// So many.
+    /// Rays to cast, as far as twice as many pairs of points face each other.
     pub(super) count: u32,
-    /// So many in all, when those are all blocked.
+    /// Rays to cast in all when those are all blocked. Asking on only then adds a little light in the mean: where one
+    /// ray in 25 is clear, a third of what 16 rays find.
     pub(super) if_blocked: u32,
-    /// No more after a packet in which two disagreed (paper §2.4).
+    /// Stop after a packet in which two rays disagreed (paper §2.4).
     pub(super) until_mixed: bool,
 }
 
@@ -129,6 +130,10 @@ impl Tester<'_> {
                 ready += 1;
             }
             if ready == 0 {
+                if met.clear == 0 && count < quota.if_blocked {
+                    count = quota.if_blocked;
+                    continue;
+                }
                 break;
             }
             worker.segments.clear();
@@ -148,7 +153,7 @@ impl Tester<'_> {
             if quota.until_mixed && met.is_mixed() {
                 break;
             }
-            if met.clear == 0 && met.cast() >= count {
+            if met.clear == 0 && (met.cast() >= count || tried >= 2 * count) {
                 count = quota.if_blocked;
             }
         }

@@ -20,7 +20,8 @@ const MATTERS: f64 = 1.0;
 /// 1/16 of what a link may get wrong is at risk.
 const RAYS_PER_IMPORTANCE: f64 = 1.0;
 
-/// The fewest and the most such rays, for each ray of a link. A link is dropped as blocked by no fewer, either.
+/// The fewest and the most such rays, for each ray of a link. Links are dropped as blocked by no fewer than the fewest:
+/// as many as a link that draws a shadow gets, so that it is never weighed again by fewer than it was made with.
 const BELIEVED_RAYS: [u32; 2] = [4, 16];
 
 /// How many times the rays links that draw a shadow get.

@@ -44,13 +44,13 @@ fn equals_exchange_the_same_both_ways() {
     let clusters = case.hierarchy.nodes.len() as u32;
     let power = |receiver: u32| -> Vec<f64> {
         let area = solution.forest.area[(receiver - clusters) as usize] as f64;
-        let bright = solution.links.of(receiver).iter();
+        let incoming = solution.links.of(receiver).iter();
         let joins_fronts = |source: u32| {
             [receiver, source]
                 .iter()
                 .all(|node| !solution.forest.side(solution.forest.side_of(node - clusters)).back)
         };
-        bright
+        incoming
             .filter(|l| l.source >= clusters && joins_fronts(l.source))
             .map(|l| l.factor as f64 * area)
             .collect()
