@@ -227,7 +227,8 @@ pub(super) fn estimate(
 /// Mean form factor over the receiver and how much it differs; `None` when it is 0 everywhere.
 fn element_factor(receiver: &Piece<'_>, source: &Piece<'_>) -> Option<(f64, f64)> {
     let (lit, shining) = (facing_part(receiver, source)?, facing_part(source, receiver)?);
-    let share = lit.area() / receiver.polygon.area();
+    let (area, lit_area) = (receiver.polygon.area(), lit.area());
+    let share = lit_area / area;
     let seen = PolygonSource::new(&shining, source.plane);
     let normal = receiver.plane.normal;
     let own = lit.extent();
@@ -244,11 +245,11 @@ fn element_factor(receiver: &Piece<'_>, source: &Piece<'_>) -> Option<(f64, f64)
     let spread = ((sampled.high - low) / sampled.inset).max((near - sampled.mean).abs());
     // The contour formula is exact over the one of larger area, and what the source sends to the receiver is what the
     // receiver gets: A_i F_ij = A_j F_ji. Of two alike it is the same one both ways.
-    let sizes = [lit.area(), shining.area()];
-    let factor = if sizes[0] > sizes[1] || sizes[0] == sizes[1] && receiver.key > source.key {
+    let shining_area = shining.area();
+    let factor = if lit_area > shining_area || lit_area == shining_area && receiver.key > source.key {
         let (other, normal) = (PolygonSource::new(&lit, receiver.plane), source.plane.normal);
         let back = Sampled::over(&shining, normal, &other).refined_mean(&shining, normal, &other);
-        back.min(1.0) * sizes[1] / receiver.polygon.area()
+        back.min(1.0) * shining_area / area
     } else {
         share * sampled.refined_mean(&lit, normal, &seen)
     };

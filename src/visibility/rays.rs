@@ -101,7 +101,13 @@ impl Tester<'_> {
             0.01 * receiver.center(self.hierarchy).distance_squared(source.center(self.hierarchy));
         // Points that face away are passed over; twice the rays are tried, or more to find one at all.
         let (mut count, mut tried) = (quota.count, 0);
-        while met.cast() < count && tried < 2 * count || met.cast() == 0 && tried < MOST_TRIED {
+        loop {
+            if met.clear == 0 && (met.cast() >= count || tried >= 2 * count) {
+                count = quota.if_blocked;
+            }
+            if !(met.cast() < count && tried < 2 * count || met.cast() == 0 && tried < MOST_TRIED) {
+                break;
+            }
             let packet = if quota.until_mixed && met.cast() == 0 { FIRST_PACKET } else { PACKET as u32 };
             let wanted = (count - met.cast()).min(packet) as usize;
             let mut ready = 0;
@@ -130,11 +136,7 @@ impl Tester<'_> {
                 ready += 1;
             }
             if ready == 0 {
-                if met.clear == 0 && count < quota.if_blocked {
-                    count = quota.if_blocked;
-                    continue;
-                }
-                break;
+                continue;
             }
             worker.segments.clear();
             worker.segments.extend_from_slice(&segments[..ready]);
@@ -152,9 +154,6 @@ impl Tester<'_> {
             }
             if quota.until_mixed && met.is_mixed() {
                 break;
-            }
-            if met.clear == 0 && (met.cast() >= count || tried >= 2 * count) {
-                count = quota.if_blocked;
             }
         }
         met.fraction = match (met.clear, met.blocked) {

@@ -75,29 +75,36 @@ struct Proofs {
     tried: [Attack; 2],
 }
 
-fn end(leaf: &Leaf) -> NodeEnd<'_> {
+pub(crate) fn end(leaf: &Leaf) -> NodeEnd<'_> {
     NodeEnd::Element { polygon: &leaf.polygon, plane: leaf.plane, facet: leaf.facet }
 }
 
-/// What is found out about a pair that takes nothing over.
+/// A pair about to be split that takes nothing over; `root` is all candidates.
+pub(crate) fn pair<'a>(
+    receiver: &'a NodeEnd<'a>,
+    source: &'a NodeEnd<'a>,
+    root: &'a CandidateSet,
+) -> Pair<'a> {
+    Pair {
+        receiver,
+        source,
+        seed: 7,
+        inherited: Inheritance { candidates: root, blocker: NO_FACET },
+        subdivided: true,
+        importance: 1.0,
+        prominence: 1.0,
+        brightness: None,
+    }
+}
+
+/// What is found out about such a pair.
 fn classified(
     tester: &Tester<'_>,
     worker: &mut Worker,
     receiver: &NodeEnd<'_>,
     source: &NodeEnd<'_>,
 ) -> Verdict {
-    let root = CandidateSet::root();
-    let pair = Pair {
-        receiver,
-        source,
-        seed: 7,
-        inherited: Inheritance { candidates: &root, blocker: NO_FACET },
-        subdivided: true,
-        importance: 1.0,
-        prominence: 1.0,
-        brightness: None,
-    };
-    let (verdict, narrowed) = tester.classify(worker, &pair);
+    let (verdict, narrowed) = tester.classify(worker, &pair(receiver, source, &CandidateSet::root()));
     narrowed.into_iter().for_each(|set| worker.recycle(set));
     verdict
 }

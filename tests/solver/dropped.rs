@@ -1,13 +1,11 @@
 //! Links end as blocked only when many rays say so, and are weighed again by the rays they were made with.
 
 use lightshaft::hierarchy::Hierarchy;
-use lightshaft::math::Polygon;
-use lightshaft::tracer::NO_FACET;
-use lightshaft::visibility::{
-    CandidateSet, Class, Inheritance, NodeEnd, Pair, Strategy, Tester, VisibilityOptions, Worker,
-};
+use lightshaft::visibility::{CandidateSet, Class, Pair, Strategy, Tester, VisibilityOptions, Worker};
 
 use crate::boxes::Rectangles;
+use crate::certified::{end, pair};
+use crate::covered_pairs::Leaf;
 use crate::solving::Case;
 
 /// Share of the rays from the floor to the ceiling that pass the slit.
@@ -28,12 +26,15 @@ fn slit() -> Case {
 }
 
 /// The facet at a height in scene units.
-fn facet_at(hierarchy: &Hierarchy, height: f64) -> u32 {
-    let is_there = |facet: &u32| {
-        let center = hierarchy.polygon(*facet).center();
-        (hierarchy.frame.scene_from_local(center).z - height).abs() < 1e-3
+fn facet_at(hierarchy: &Hierarchy, height: f64) -> Leaf {
+    let leaf = |facet: u32| Leaf {
+        polygon: hierarchy.polygon(facet),
+        plane: hierarchy.facets[facet as usize].plane,
+        facet,
     };
-    (0..hierarchy.facets.len() as u32).find(is_there).expect("a facet at that height")
+    let is_there =
+        |leaf: &Leaf| (hierarchy.frame.scene_from_local(leaf.polygon.center()).z - height).abs() < 1e-3;
+    (0..hierarchy.facets.len() as u32).map(leaf).find(is_there).expect("a facet at that height")
 }
 
 /// What became of many links from the ceiling to the floor, each made with 16 rays of its own.
@@ -51,27 +52,13 @@ fn ends(strategy: Strategy) -> Ends {
     let tracer = case.fallback();
     let hierarchy = &case.hierarchy;
     let tester = Tester::new(hierarchy, &tracer, VisibilityOptions { strategy, rays: 16, certify: false });
-    let facets = [0.0, 9.0].map(|height| facet_at(hierarchy, height));
-    let polygons: [Polygon; 2] = facets.map(|facet| hierarchy.polygon(facet));
-    let [receiver, source] = std::array::from_fn(|i| NodeEnd::Element {
-        polygon: &polygons[i],
-        plane: hierarchy.facets[facets[i] as usize].plane,
-        facet: facets[i],
-    });
+    let leaves = [0.0, 9.0].map(|height| facet_at(hierarchy, height));
+    let [receiver, source] = leaves.each_ref().map(end);
     let root = CandidateSet::root();
     let mut worker = Worker::default();
     let (mut dropped, mut fraction) = (0, 0.0);
     for seed in 0..PAIRS {
-        let pair = Pair {
-            receiver: &receiver,
-            source: &source,
-            seed,
-            inherited: Inheritance { candidates: &root, blocker: NO_FACET },
-            subdivided: false,
-            importance: 1.0,
-            prominence: 1.0,
-            brightness: None,
-        };
+        let pair = Pair { seed, subdivided: false, ..pair(&receiver, &source, &root) };
         let (verdict, _) = tester.classify(&mut worker, &pair);
         dropped += u64::from(verdict.class == Class::Invisible);
         fraction += verdict.fraction as f64;
