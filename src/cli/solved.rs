@@ -248,6 +248,7 @@ fn fill_stats(
         elements: solution.forest.len() as u64,
         clusters: hierarchy.cluster_count() as u64,
         facets: hierarchy.facets.len() as u64,
+        covered_facets: hierarchy.covered_facets as u64,
         materials: scene.materials.len() as u64,
         dropped_degenerate: scene.counts.dropped_degenerate,
         dropped_duplicate: scene.counts.dropped_duplicate,

@@ -27,9 +27,7 @@ pub struct Facet {
 
 impl Facet {
     pub(super) fn new(merged: &MergedFacet, first_corner: u32, positions: &[Vec3]) -> Facet {
-        let points: Vec<DVec3> = merged.corners.iter().map(|&c| positions[c as usize].as_dvec3()).collect();
-        let polygon = Polygon::new(&points);
-        let plane = Plane::through(polygon.center(), polygon.area_vector().normalize_or(DVec3::Y));
+        let plane = merged.plane(positions);
         Facet { plane, material: merged.material, first_corner, corner_count: merged.corners.len() as u32 }
     }
 }
@@ -41,6 +39,21 @@ pub(super) struct MergedFacet {
     /// Corners in order, without vertices in the middle of an edge.
     pub(super) corners: Vec<u32>,
     pub(super) material: u32,
+}
+
+impl MergedFacet {
+    pub(super) fn polygon(&self, positions: &[Vec3]) -> Polygon {
+        let mut points = [DVec3::ZERO; MAX_VERTICES];
+        for (point, &corner) in points.iter_mut().zip(&self.corners) {
+            *point = positions[corner as usize].as_dvec3();
+        }
+        Polygon::new(&points[..self.corners.len()])
+    }
+
+    pub(super) fn plane(&self, positions: &[Vec3]) -> Plane {
+        let polygon = self.polygon(positions);
+        Plane::through(polygon.center(), polygon.area_vector().normalize_or(DVec3::Y))
+    }
 }
 
 /// Merges greedily over shared edges, those inside an input polygon first.
@@ -173,7 +186,7 @@ fn area_vector(outline: &[u32], positions: &[Vec3]) -> DVec3 {
 }
 
 /// The outline without vertices in the middle of a straight edge.
-fn corners_of(outline: &[u32], positions: &[Vec3]) -> Vec<u32> {
+pub(super) fn corners_of(outline: &[u32], positions: &[Vec3]) -> Vec<u32> {
     let at = |i: usize| positions[outline[i % outline.len()] as usize].as_dvec3();
     let n = outline.len();
     (0..n)

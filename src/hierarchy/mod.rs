@@ -7,6 +7,7 @@ mod elements;
 mod facets;
 mod frame;
 mod mesh;
+mod overlaps;
 mod tree;
 
 pub(crate) use contacts::within;
@@ -17,7 +18,7 @@ pub use frame::Frame;
 pub use mesh::{Interval, TraceMesh};
 pub use tree::{Node, NodeKind};
 
-use crate::math::{Aabb, Polygon};
+use crate::math::Polygon;
 use crate::progress::Progress;
 use crate::scene::{Material, Scene};
 use glam::Vec3;
@@ -40,6 +41,8 @@ pub struct Hierarchy {
     pub nodes: Vec<Node>,
     /// Materials of the scene.
     pub materials: Vec<Material>,
+    /// How many facets lay partly or wholly in others, and were cut to what those leave or dropped.
+    pub covered_facets: usize,
     /// Where other surfaces stand on large facets.
     pub contacts: Contacts,
     /// Whether surfaces reflect on their front side only.
@@ -56,19 +59,20 @@ impl Hierarchy {
         let frame = Frame::around(&scene.positions);
         let positions: Vec<Vec3> = scene.positions.iter().map(|&p| frame.local_from_scene(p)).collect();
         let merged = facets::merge(&positions, &scene.triangles, progress);
-        let boxes: Vec<Aabb> = merged
-            .iter()
-            .map(|facet| {
-                Aabb::around(
-                    facet
-                        .triangles
-                        .iter()
-                        .flat_map(|&t| scene.triangles[t as usize].vertices)
-                        .map(|v| positions[v as usize]),
-                )
-            })
-            .collect();
-        let (nodes, order) = tree::build(&boxes);
+        let triangles = scene.triangles.iter().map(|triangle| triangle.vertices).collect();
+        let mut surfaces = overlaps::Surfaces {
+            facets: merged,
+            positions,
+            triangles,
+            materials: &scene.materials,
+            one_sided,
+        };
+        let (mut nodes, mut order) = tree::build(&surfaces.boxes());
+        let covered_facets = surfaces.part_overlaps(&nodes, &order, progress);
+        if covered_facets > 0 {
+            (nodes, order) = tree::build(&surfaces.boxes());
+        }
+        let overlaps::Surfaces { facets: merged, positions, triangles, .. } = surfaces;
 
         let mut mesh = TraceMesh { positions, first_triangle: vec![0], ..TraceMesh::default() };
         let mut sorted = Vec::with_capacity(merged.len());
@@ -76,7 +80,7 @@ impl Hierarchy {
         for (id, &old) in order.iter().enumerate() {
             let facet = &merged[old as usize];
             for &t in &facet.triangles {
-                mesh.triangles.push(scene.triangles[t as usize].vertices);
+                mesh.triangles.push(triangles[t as usize]);
                 mesh.facet_of_triangle.push(id as u32);
             }
             mesh.first_triangle.push(mesh.triangles.len() as u32);
@@ -96,6 +100,7 @@ impl Hierarchy {
             corners,
             nodes,
             materials: scene.materials.clone(),
+            covered_facets,
             contacts: Contacts::default(),
             one_sided,
             leaf_of_facet,

@@ -3,6 +3,7 @@
 
 mod bounds;
 mod clip;
+mod flat;
 mod plane;
 mod polygon;
 mod sequence;
@@ -10,6 +11,7 @@ mod spherical;
 
 pub use bounds::Aabb;
 pub use clip::Clip;
+pub use flat::{Axes, FlatPolygon, FlatRegion};
 pub use plane::Plane;
 pub use polygon::{MAX_VERTICES, Polygon, PolygonSampler};
 pub use sequence::{PairSequence, cosine_direction, hash_pair};

@@ -46,6 +46,8 @@ pub struct SceneStats {
     pub clusters: u64,
     /// Convex facets.
     pub facets: u64,
+    /// Facets that lay in others, and were cut to what those leave or dropped.
+    pub covered_facets: u64,
     /// Materials.
     pub materials: u64,
     /// Zero-area triangles dropped.

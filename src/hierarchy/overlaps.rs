@@ -1,0 +1,184 @@
+//! Facets that lie in each other: a box on a table, a sheet on a wall. Both would receive all of the light and
+//! send it back, and light would be made. Of what several facets cover one keeps its part, and the others are cut
+//! to what is left of them.
+
+use super::TOLERANCE;
+use super::facets::{MergedFacet, corners_of};
+use super::tree::{Node, NodeKind};
+use crate::math::{Aabb, Axes, FlatPolygon, FlatRegion, MAX_VERTICES, Plane, Polygon};
+use crate::progress::Progress;
+use crate::scene::Material;
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+/// Overlaps less deep are left alone: some roundings, and of no weight.
+const LEAST_DEPTH: f64 = 4.0 * TOLERANCE;
+
+/// A facet that would fall into more pieces is left whole.
+const MOST_PIECES: usize = 64;
+
+/// The facets and what they are made of.
+pub(super) struct Surfaces<'a> {
+    pub(super) facets: Vec<MergedFacet>,
+    pub(super) positions: Vec<Vec3>,
+    /// Corners of all triangles, indices into `positions`.
+    pub(super) triangles: Vec<[u32; 3]>,
+    pub(super) materials: &'a [Material],
+    pub(super) one_sided: bool,
+}
+
+/// A facet that others cover partly or wholly.
+struct Covered {
+    facet: usize,
+    /// What is left of it.
+    pieces: Vec<Vec<DVec3>>,
+    /// Facets that cover it, ascending.
+    by: Vec<usize>,
+}
+
+impl Surfaces<'_> {
+    /// A box around each facet.
+    pub(super) fn boxes(&self) -> Vec<Aabb> {
+        let corners = |facet: &MergedFacet| {
+            let triangles = facet.triangles.iter().flat_map(|&t| self.triangles[t as usize]);
+            Aabb::around(triangles.map(|v| self.positions[v as usize]))
+        };
+        self.facets.iter().map(corners).collect()
+    }
+
+    /// Leaves what several facets cover to one of them. `nodes` is the tree above the facets, which stand in it in
+    /// this `order`. How many were cut or dropped: if any, the tree is to be built anew.
+    pub(super) fn part_overlaps(&mut self, nodes: &[Node], order: &[u32], progress: &dyn Progress) -> usize {
+        progress.start("overlaps", self.facets.len() as u64);
+        let planes: Vec<Plane> = self.facets.par_iter().map(|facet| facet.plane(&self.positions)).collect();
+        let found: Vec<Covered> = (0..self.facets.len())
+            .into_par_iter()
+            .filter_map(|facet| {
+                progress.advance(1);
+                self.covered(facet, &planes, nodes, order)
+            })
+            .collect();
+        let pieces: Vec<MergedFacet> = found.iter().flat_map(|covered| self.pieces_of(covered)).collect();
+        let mut covered = found.iter().map(|covered| covered.facet).peekable();
+        let mut place = 0;
+        self.facets.retain(|_| {
+            place += 1;
+            covered.next_if_eq(&(place - 1)).is_none()
+        });
+        self.facets.extend(pieces);
+        found.len()
+    }
+
+    /// New facets for what is left of one.
+    fn pieces_of(&mut self, covered: &Covered) -> Vec<MergedFacet> {
+        let ends = [covered.facet].into_iter().chain(covered.by.iter().copied());
+        let mut known: Vec<u32> = ends.flat_map(|facet| self.facets[facet].corners.iter().copied()).collect();
+        let material = self.facets[covered.facet].material;
+        let mut pieces = Vec::new();
+        for piece in &covered.pieces {
+            let outline: Vec<u32> = piece.iter().map(|&corner| self.corner_at(corner, &mut known)).collect();
+            let corners = corners_of(&outline, &self.positions);
+            // Parts with no more corners than a facet may have, in a fan around the first.
+            let mut next = 1;
+            while next + 1 < corners.len() {
+                let last = (next + MAX_VERTICES - 2).min(corners.len() - 1);
+                let mut part = vec![corners[0]];
+                part.extend_from_slice(&corners[next..=last]);
+                let fan = (1..part.len() - 1).map(|i| self.add_triangle([part[0], part[i], part[i + 1]]));
+                pieces.push(MergedFacet { triangles: fan.collect(), corners: part, material });
+                next = last;
+            }
+        }
+        pieces
+    }
+
+    /// Corners that are there already stay the very same, so that no crack opens.
+    fn corner_at(&mut self, point: DVec3, known: &mut Vec<u32>) -> u32 {
+        let is_near = |&&v: &&u32| self.positions[v as usize].as_dvec3().distance(point) < 0.5 * TOLERANCE;
+        known.iter().find(is_near).copied().unwrap_or_else(|| {
+            let corner = self.positions.len() as u32;
+            self.positions.push(point.as_vec3());
+            known.push(corner);
+            corner
+        })
+    }
+
+    fn add_triangle(&mut self, corners: [u32; 3]) -> u32 {
+        self.triangles.push(corners);
+        self.triangles.len() as u32 - 1
+    }
+
+    /// What others leave of a facet, if they cover any of it.
+    fn covered(&self, facet: usize, planes: &[Plane], nodes: &[Node], order: &[u32]) -> Option<Covered> {
+        let plane = &planes[facet];
+        let polygon = self.facets[facet].polygon(&self.positions);
+        let bounds = polygon.bounds();
+        let axes = Axes::along(&polygon, plane);
+        let outline = axes.outline(&polygon);
+        let mut coverers: Vec<(usize, FlatPolygon)> = Vec::new();
+        let mut stack = vec![0u32];
+        while let Some(index) = stack.pop() {
+            let node = &nodes[index as usize];
+            if !node.bounds.overlaps(bounds, TOLERANCE as f32) {
+                continue;
+            }
+            let (low, high) = plane.distance_range(&node.bounds);
+            if low > TOLERANCE || high < -TOLERANCE {
+                continue;
+            }
+            match node.kind(index) {
+                NodeKind::Cluster(children) => stack.extend(children),
+                NodeKind::Leaf(place) => {
+                    let other = order[place as usize] as usize;
+                    let covering = self.facets[other].polygon(&self.positions);
+                    if other == facet || !lies_in(&covering, plane) || !lies_in(&polygon, &planes[other]) {
+                        continue;
+                    }
+                    let covering = axes.outline(&covering);
+                    if outline.overlaps(&covering, LEAST_DEPTH) && self.keeps(other, facet, planes) {
+                        coverers.push((other, covering));
+                    }
+                }
+            }
+        }
+        if coverers.is_empty() {
+            return None;
+        }
+        coverers.sort_unstable_by_key(|&(other, _)| other);
+        let mut left = FlatRegion::new(outline, TOLERANCE);
+        for (_, covering) in &coverers {
+            if !left.remove(covering) {
+                break;
+            }
+            if left.pieces.len() > MOST_PIECES {
+                return None;
+            }
+        }
+        let pieces = left
+            .pieces
+            .iter()
+            .map(|piece| piece.corners().iter().map(|&c| axes.point(c)).collect())
+            .collect();
+        Some(Covered { facet, pieces, by: coverers.into_iter().map(|(other, _)| other).collect() })
+    }
+
+    /// Whether `one` rather than `other` keeps what both cover: what emits, else the larger, else what stands first
+    /// in the file.
+    fn keeps(&self, one: usize, other: usize, planes: &[Plane]) -> bool {
+        let faces_away = planes[one].normal.dot(planes[other].normal) < 0.0;
+        let [emits, other_emits] =
+            [one, other].map(|facet| self.materials[self.facets[facet].material as usize].is_emitter());
+        // Back to back, each keeps the side it faces, or its own light.
+        if faces_away && (self.one_sided || emits && other_emits) {
+            return false;
+        }
+        let [area, other_area] = [one, other].map(|facet| self.facets[facet].polygon(&self.positions).area());
+        let [place, other_place] = [one, other].map(|facet| self.facets[facet].triangles[0]);
+        let order = emits.cmp(&other_emits).then(area.total_cmp(&other_area)).then(other_place.cmp(&place));
+        order.is_gt()
+    }
+}
+
+fn lies_in(polygon: &Polygon, plane: &Plane) -> bool {
+    polygon.vertices().iter().all(|&v| plane.distance(v).abs() <= TOLERANCE)
+}
