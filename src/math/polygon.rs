@@ -85,60 +85,91 @@ impl Polygon {
     /// edge, a quadrilateral across its longer pair of opposite edges, anything larger along its
     /// shortest balanced diagonal. Longest-edge bisection keeps the shapes of the pieces bounded.
     pub fn bisect(&self) -> [Polygon; 2] {
+        let start = self.start_of_cut();
+        [0, 1].map(|half| {
+            let mut part = *self;
+            part.keep_half_from(start, half);
+            part
+        })
+    }
+
+    /// Becomes one of its halves, the first or the second.
+    pub fn keep_half(&mut self, half: usize) {
+        self.keep_half_from(self.start_of_cut(), half);
+    }
+
+    /// Which half holds `point`, in the polygon's plane.
+    pub fn half_at(&self, point: DVec3, normal: DVec3) -> usize {
+        let (from, to) = self.cut();
+        usize::from((to - from).cross(point - from).dot(normal) < 0.0)
+    }
+
+    /// The line along which it is bisected; the first half lies to its left.
+    pub fn cut(&self) -> (DVec3, DVec3) {
+        self.cut_from(self.start_of_cut())
+    }
+
+    /// The corner that the first half starts with, or ends with if it is a triangle's.
+    fn start_of_cut(&self) -> usize {
         let v = self.vertices();
         let n = v.len();
         match n {
-            3 => {
-                let i = (0..3)
-                    .max_by(|&i, &j| edge_length_squared(v, i).total_cmp(&edge_length_squared(v, j)))
-                    .unwrap_or(0);
-                let (a, b, c) = (v[i], v[(i + 1) % 3], v[(i + 2) % 3]);
-                let m = (a + b) * 0.5;
-                [Polygon::new(&[c, a, m]), Polygon::new(&[m, b, c])]
-            }
+            3 => (0..3)
+                .max_by(|&i, &j| edge_length_squared(v, i).total_cmp(&edge_length_squared(v, j)))
+                .unwrap_or(0),
             4 => {
                 let along = |i| edge_length_squared(v, i) + edge_length_squared(v, i + 2);
-                let i = if along(0) >= along(1) { 0 } else { 1 };
-                let (a, b, c, d) = (v[i], v[i + 1], v[i + 2], v[(i + 3) % 4]);
-                let (m, k) = ((a + b) * 0.5, (c + d) * 0.5);
-                [Polygon::new(&[a, m, k, d]), Polygon::new(&[m, b, c, k])]
+                if along(0) >= along(1) { 0 } else { 1 }
             }
             _ => {
-                let half = n / 2;
-                let i = (0..n)
-                    .min_by(|&i, &j| {
-                        v[i].distance_squared(v[(i + half) % n])
-                            .total_cmp(&v[j].distance_squared(v[(j + half) % n]))
-                    })
-                    .unwrap_or(0);
-                let pick = |from: usize, count: usize| {
-                    let mut points = [DVec3::ZERO; MAX_VERTICES];
-                    for (k, p) in points.iter_mut().enumerate().take(count) {
-                        *p = v[(from + k) % n];
-                    }
-                    Polygon { count: count as u8, points }
-                };
-                [pick(i, half + 1), pick(i + half, n - half + 1)]
+                let across = |i: usize| v[i].distance_squared(v[(i + n / 2) % n]);
+                (0..n).min_by(|&i, &j| across(i).total_cmp(&across(j))).unwrap_or(0)
             }
         }
     }
 
-    /// The line along which `halves` were cut; the first lies to its left.
-    pub fn cut_of(halves: &[Polygon; 2]) -> (DVec3, DVec3) {
-        let v = halves[0].vertices();
-        // A quadrilateral is cut from its second corner to its third, all others from last to first.
-        if v.len() == 4 && halves[1].count == 4 && v[1] == halves[1].points[0] {
-            (v[1], v[2])
-        } else {
-            (v[v.len() - 1], v[0])
+    fn cut_from(&self, start: usize) -> (DVec3, DVec3) {
+        let v = self.vertices();
+        let at = |i: usize| v[(start + i) % v.len()];
+        match v.len() {
+            3 => ((at(0) + at(1)) * 0.5, at(2)),
+            4 => ((at(0) + at(1)) * 0.5, (at(2) + at(3)) * 0.5),
+            n => (at(n / 2), at(0)),
         }
     }
 
-    /// Whether `point`, in the polygon's plane, lies in the first of its `halves` rather than the second:
-    /// which side of the cut it is on.
-    pub fn is_in_first_half(halves: &[Polygon; 2], point: DVec3, normal: DVec3) -> bool {
-        let (start, end) = Polygon::cut_of(halves);
-        (end - start).cross(point - start).dot(normal) >= 0.0
+    fn keep_half_from(&mut self, start: usize, half: usize) {
+        let n = self.count as usize;
+        let mut points = [DVec3::ZERO; MAX_VERTICES];
+        let (from, to) = self.cut_from(start);
+        let at = |i: usize| self.points[(start + i) % n];
+        let count = match (n, half) {
+            (3, 0) => {
+                points[..3].copy_from_slice(&[at(2), at(0), from]);
+                3
+            }
+            (3, _) => {
+                points[..3].copy_from_slice(&[from, at(1), at(2)]);
+                3
+            }
+            (4, 0) => {
+                points[..4].copy_from_slice(&[at(0), from, to, at(3)]);
+                4
+            }
+            (4, _) => {
+                points[..4].copy_from_slice(&[from, at(1), at(2), to]);
+                4
+            }
+            _ => {
+                let (first, count) = [(0, n / 2 + 1), (n / 2, n - n / 2 + 1)][half.min(1)];
+                for (i, point) in points[..count].iter_mut().enumerate() {
+                    *point = at(first + i);
+                }
+                count
+            }
+        };
+        self.count = count as u8;
+        self.points[..count].copy_from_slice(&points[..count]);
     }
 
     /// The point at `(u, v)` of the unit square, uniform over the area.
@@ -273,12 +304,12 @@ mod tests {
             for step in 0..8 {
                 let halves = polygon.bisect();
                 for (i, half) in halves.iter().enumerate() {
-                    let inside = half.center();
-                    assert_eq!(
-                        Polygon::is_in_first_half(&halves, inside, DVec3::Z),
-                        i == 0,
-                        "{count} {step}"
-                    );
+                    let mut kept = polygon;
+                    assert_eq!(polygon.half_at(half.center(), DVec3::Z), i, "{count} {step}");
+                    kept.keep_half(i);
+                    assert_eq!(kept.vertices(), half.vertices());
+                    let (from, to) = polygon.cut();
+                    assert!([from, to].iter().all(|end| half.vertices().contains(end)), "{count} {step}");
                 }
                 polygon = halves[step % 2];
             }

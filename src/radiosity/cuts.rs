@@ -34,31 +34,12 @@ pub(super) struct Cuts {
 struct Cut {
     /// The first part lies in front.
     plane: Plane,
+    /// Outlines of both parts, seen from the front of the facet.
+    parts: [Polygon; 2],
     /// Whether it divides cells.
     between_cells: bool,
-    /// Whether the parts are halves.
-    halves: bool,
     /// The next cuts of both parts.
     below: [u32; 2],
-}
-
-/// An element divided in two.
-pub struct Division {
-    /// The outlines of both parts.
-    pub parts: [Polygon; 2],
-    /// How they are divided further.
-    pub cuts: [u32; 2],
-    plane: Option<Plane>,
-}
-
-impl Division {
-    /// Whether a point of the element lies in its first part; `normal` is the element's.
-    pub fn is_in_first(&self, point: DVec3, normal: DVec3) -> bool {
-        match self.plane {
-            Some(plane) => plane.distance(point) >= 0.0,
-            None => Polygon::is_in_first_half(&self.parts, point, normal),
-        }
-    }
 }
 
 impl Cuts {
@@ -84,15 +65,22 @@ impl Cuts {
         self.cuts.get(cut as usize).is_some_and(|cut| cut.between_cells)
     }
 
-    /// Divides a polygon by a cut, or in halves.
-    pub(super) fn divide(&self, polygon: &Polygon, cut: u32) -> Division {
-        if let Some(cut) = self.cuts.get(cut as usize) {
-            let halves = if cut.halves { halves_along(polygon, &cut.plane) } else { None };
-            if let Some(parts) = halves.or_else(|| parted(polygon, &cut.plane)) {
-                return Division { parts, cuts: cut.below, plane: Some(cut.plane) };
-            }
+    /// An outline that is divided by `cut` becomes one of its parts, the first or the second; how that is divided.
+    pub(super) fn keep_part(&self, outline: &mut Polygon, cut: u32, is_back: bool, part: usize) -> u32 {
+        let Some(cut) = self.cuts.get(cut as usize) else {
+            outline.keep_half(part);
+            return NO_CUT;
+        };
+        *outline = if is_back { cut.parts[part].flipped() } else { cut.parts[part] };
+        cut.below[part]
+    }
+
+    /// Which of the two parts of an outline holds `point`; `normal` is the outline's.
+    pub(super) fn part_at(&self, outline: &Polygon, cut: u32, point: DVec3, normal: DVec3) -> usize {
+        match self.cuts.get(cut as usize) {
+            Some(cut) => usize::from(cut.plane.distance(point) < 0.0),
+            None => outline.half_at(point, normal),
         }
-        Division { parts: polygon.bisect(), cuts: [NO_CUT; 2], plane: None }
     }
 
     /// Adds the cuts of a polygon, unless there are none; `cells` is how often it may be cut into cells.
@@ -109,16 +97,16 @@ impl Cuts {
         let (from, to) = match longest {
             Some([a, b]) => (a, b),
             // None of them divides all of it, but one may divide a half.
-            None => Polygon::cut_of(&polygon.bisect()),
+            None => polygon.cut(),
         };
         let across = Plane::through(from, plane.normal.cross(to - from).normalize_or_zero());
-        let Some(parts) = parted(polygon, &across) else { return NO_CUT };
+        let parts = if longest.is_some() { parted(polygon, &across) } else { Some(polygon.bisect()) };
+        let Some(parts) = parts else { return NO_CUT };
         let between_cells = longest.is_some() && cells > 0;
         let cells = if between_cells { cells - 1 } else { 0 };
         let lines: Vec<Contact> = inside.into_iter().map(|(line, _)| line).collect();
         let index = self.cuts.len();
-        let halves = longest.is_none();
-        self.cuts.push(Cut { plane: across, between_cells, halves, below: [NO_CUT; 2] });
+        self.cuts.push(Cut { plane: across, parts, between_cells, below: [NO_CUT; 2] });
         let below = parts.map(|part| self.add(&part, plane, &lines, cells, depth + 1));
         if longest.is_none() && below == [NO_CUT; 2] {
             self.cuts.truncate(index);
@@ -127,15 +115,6 @@ impl Cuts {
         self.cuts[index].below = below;
         index as u32
     }
-}
-
-/// The halves in front of a plane and behind it, if that is how the polygon is bisected: faster than cutting it.
-/// The back of a facet may have its halves the other way round, or others.
-fn halves_along(polygon: &Polygon, plane: &Plane) -> Option<[Polygon; 2]> {
-    let [a, b] = polygon.bisect();
-    let (start, end) = Polygon::cut_of(&[a, b]);
-    let is_along = [start, end].iter().all(|&p| plane.distance(p).abs() < 0.1 * TOLERANCE);
-    is_along.then(|| if plane.distance(a.center()) > 0.0 { [a, b] } else { [b, a] })
 }
 
 /// The parts in front of a plane and behind it; `None` when there is nothing to gain.
@@ -170,23 +149,6 @@ fn tidied(polygon: &Polygon) -> Option<Polygon> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn halves_are_the_same_on_both_sides_of_a_facet() {
-        let corners = [(0.0, 0.0), (1.0, 0.1), (0.8, 1.0), (0.1, 0.7)].map(|(x, y)| DVec3::new(x, y, 0.0));
-        for count in 3..=4 {
-            let front = Polygon::new(&corners[..count]);
-            let (start, end) = Polygon::cut_of(&front.bisect());
-            let plane = Plane::through(start, DVec3::Z.cross(end - start).normalize());
-            let expected = parted(&front, &plane).expect("two parts");
-            for polygon in [front, front.flipped()] {
-                let halves = halves_along(&polygon, &plane).expect("the same cut");
-                for (half, expected) in halves.iter().zip(&expected) {
-                    assert!(half.center().distance(expected.center()) < 1e-12, "{half:?} {expected:?}");
-                }
-            }
-        }
-    }
 
     #[test]
     fn a_cut_through_corners_leaves_parts_that_can_be_divided() {

@@ -1,6 +1,6 @@
 //! All elements: a tree for each side of each facet, numbered in depth-first order.
 
-use super::cuts::{Cuts, Division};
+use super::cuts::Cuts;
 use crate::hierarchy::{ElementTree, Hierarchy, Side};
 use crate::math::{Plane, Polygon, hash_pair};
 use crate::tracer::{Hit, Ray};
@@ -44,7 +44,7 @@ pub struct Piece<'a> {
     /// Names the piece by its way from the root, whatever its id is at the moment.
     pub key: u64,
     /// How it is divided.
-    pub(super) cut: u32,
+    cut: u32,
     /// See [`Forest::cell`].
     pub(super) cell: u32,
 }
@@ -52,33 +52,36 @@ pub struct Piece<'a> {
 impl<'a> Piece<'a> {
     /// Both halves; splits the tree if need be.
     pub fn halves(&self, forest: &'a Forest) -> [Piece<'a>; 2] {
-        let division = self.division(forest);
-        [0, 1].map(|half| self.half(forest, &division, half))
+        [0, 1].map(|half| {
+            let mut part = self.clone();
+            part.keep_half(forest, half);
+            part
+        })
     }
 
-    /// The half at a point of the piece; splits the tree if need be.
-    pub fn half_at(&self, forest: &'a Forest, point: DVec3) -> Piece<'a> {
-        let division = self.division(forest);
-        let is_first = division.is_in_first(point, self.plane.normal);
-        self.half(forest, &division, usize::from(!is_first))
+    /// Becomes its half at a point of it; splits the tree if need be.
+    pub fn keep_half_at(&mut self, forest: &'a Forest, point: DVec3) {
+        let half = forest.cuts.part_at(&self.polygon, self.cut, point, self.plane.normal);
+        self.keep_half(forest, half);
     }
 
-    fn half(&self, forest: &'a Forest, division: &Division, half: usize) -> Piece<'a> {
-        let tree = &self.tree.split(&forest.next_id)[half];
-        Piece {
-            tree,
-            polygon: division.parts[half],
-            plane: self.plane,
-            side: self.side,
-            key: hash_pair(self.key, half as u64 + 1),
-            cut: division.cuts[half],
-            cell: if forest.cuts.is_between_cells(self.cut) { tree.id() } else { self.cell },
+    fn keep_half(&mut self, forest: &'a Forest, half: usize) {
+        self.tree = &self.tree.split(&forest.next_id)[half];
+        self.key = hash_pair(self.key, half as u64 + 1);
+        if forest.cuts.is_between_cells(self.cut) {
+            self.cell = self.tree.id();
         }
+        self.cut = forest.cuts.keep_part(&mut self.polygon, self.cut, self.side.back, half);
     }
 
-    /// The outlines of both halves.
-    pub fn division(&self, forest: &Forest) -> Division {
-        forest.divide(&self.polygon, self.cut)
+    /// The outlines of the halves of both halves, depth-first.
+    pub(super) fn quarters(&self, forest: &Forest) -> [Polygon; 4] {
+        [0, 1, 2, 3].map(|quarter| {
+            let mut outline = self.polygon;
+            let cut = forest.cuts.keep_part(&mut outline, self.cut, self.side.back, quarter / 2);
+            forest.cuts.keep_part(&mut outline, cut, self.side.back, quarter % 2);
+            outline
+        })
     }
 
     /// The id of the element at this moment.
@@ -112,11 +115,6 @@ impl Forest {
         }
         forest.renumber(hierarchy);
         forest
-    }
-
-    /// Divides an outline by one of its cuts.
-    pub fn divide(&self, polygon: &Polygon, cut: u32) -> Division {
-        self.cuts.divide(polygon, cut)
     }
 
     /// Number of elements at the last numbering.
@@ -172,10 +170,21 @@ impl Forest {
     pub fn piece(&self, hierarchy: &Hierarchy, element: u32) -> Piece<'_> {
         let mut piece = self.root(hierarchy, self.side_of(element));
         while piece.id() != element {
-            let is_second = element >= self.second[piece.id() as usize];
-            piece = piece.half(self, &piece.division(self), usize::from(is_second));
+            let half = usize::from(element >= self.second[piece.id() as usize]);
+            piece.keep_half(self, half);
         }
         piece
+    }
+
+    /// The id of the leaf element at a point of a piece.
+    pub(super) fn leaf_in(&self, piece: &Piece<'_>, point: DVec3) -> u32 {
+        let (mut id, mut outline, mut cut) = (piece.id(), piece.polygon, piece.cut);
+        while let Some(&second) = self.second.get(id as usize).filter(|&&second| second != 0) {
+            let half = self.cuts.part_at(&outline, cut, point, piece.plane.normal);
+            cut = self.cuts.keep_part(&mut outline, cut, piece.side.back, half);
+            id = [id + 1, second][half];
+        }
+        id
     }
 
     /// The leaf element at a point on a side; `None` for a side that takes no part.
@@ -187,7 +196,7 @@ impl Forest {
     pub fn leaf_on(&self, hierarchy: &Hierarchy, index: usize, point: DVec3) -> Piece<'_> {
         let mut piece = self.root(hierarchy, index);
         while self.second[piece.id() as usize] != 0 {
-            piece = piece.half_at(self, point);
+            piece.keep_half_at(self, point);
         }
         piece
     }
@@ -214,7 +223,7 @@ impl Forest {
             first_element.push(second.len() as u32);
             let root = self.root(hierarchy, index);
             stack.push((tree, root.polygon, root.cut, None, None));
-            while let Some((tree, polygon, cut, own_cell, parent)) = stack.pop() {
+            while let Some((tree, outline, cut, own_cell, parent)) = stack.pop() {
                 let id = second.len() as u32;
                 let own_cell = own_cell.unwrap_or(id);
                 cell.push(own_cell);
@@ -224,14 +233,15 @@ impl Forest {
                 new_from_old[tree.id() as usize] = id;
                 tree.set_id(id);
                 second.push(0);
-                area.push(polygon.area() as f32);
-                center.push(polygon.center().as_vec3());
+                area.push(outline.area() as f32);
+                center.push(outline.center().as_vec3());
                 if let Some([a, b]) = tree.halves() {
-                    let Division { parts: [first_half, second_half], cuts, .. } =
-                        self.cuts.divide(&polygon, cut);
                     let below = (!self.cuts.is_between_cells(cut)).then_some(own_cell);
-                    stack.push((b, second_half, cuts[1], below, Some(id)));
-                    stack.push((a, first_half, cuts[0], below, None));
+                    for (half, tree, parent) in [(1, b, Some(id)), (0, a, None)] {
+                        let mut part = outline;
+                        let cut = self.cuts.keep_part(&mut part, cut, root.side.back, half);
+                        stack.push((tree, part, cut, below, parent));
+                    }
                 }
             }
         }

@@ -20,7 +20,6 @@ mod transport;
 
 pub use transport::{Light, direction};
 
-pub use cuts::Division;
 pub use fidelity::VisibilityError;
 pub use forest::{Forest, Piece};
 pub use form_factor::PolygonSource;

@@ -28,9 +28,7 @@ impl Quarters {
         if extent < SMALL * center.distance(source.polygon.center()) {
             return Quarters::UNIFORM;
         }
-        let halves = source.division(forest);
-        let [first, second] = [0, 1].map(|half| forest.divide(&halves.parts[half], halves.cuts[half]).parts);
-        let quarters = [first[0], first[1], second[0], second[1]];
+        let quarters = source.quarters(forest);
         let sent = if extent > receiver.polygon.extent() {
             quarters.map(|quarter| {
                 PolygonSource::new(&quarter, source.plane).form_factor(center, receiver.plane.normal)

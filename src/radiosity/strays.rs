@@ -311,7 +311,7 @@ impl Watched<'_> {
             if self.forest.second[piece.id() as usize] == 0 {
                 return;
             }
-            piece = piece.half_at(self.forest, point);
+            piece.keep_half_at(self.forest, point);
         }
     }
 }
