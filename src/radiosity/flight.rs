@@ -1,7 +1,7 @@
 //! Where the light of a solution goes, found with rays: independent of links, so that the energy balance
 //! tests them.
 
-use super::forest::Forest;
+use super::forest::{Forest, Way};
 use super::transport::Light;
 use crate::hierarchy::Hierarchy;
 use crate::math::{PairSequence, cosine_direction};
@@ -53,17 +53,23 @@ pub(super) fn flight(hierarchy: &Hierarchy, forest: &Forest, light: &Light, trac
     let sequence = PairSequence::new(1);
     let landings: Vec<Landing> = (0..RAYS / PACKET as u32)
         .into_par_iter()
-        .flat_map_iter(|packet| {
-            let departures: [Departure; PACKET] = std::array::from_fn(|i| {
-                let index = packet * PACKET as u32 + i as u32;
-                let [u, v, s, t] = sequence.point(index);
-                let at = (index as f64 + 0.5) / RAYS as f64 * total;
-                let element = leaves[sums.partition_point(|&sum| sum <= at).min(leaves.len() - 1)];
-                let piece = forest.piece(hierarchy, element);
-                let normal = piece.plane.normal;
-                let (point, direction) = (piece.polygon.point_at(u, v), cosine_direction(normal, s, t));
-                Departure { point, normal, facet: piece.side.facet, direction }
-            });
+        .with_min_len(64)
+        .map_init(
+            || Way::new(hierarchy, forest),
+            |way, packet| {
+                std::array::from_fn(|i| {
+                    let index = packet * PACKET as u32 + i as u32;
+                    let [u, v, s, t] = sequence.point(index);
+                    let at = (index as f64 + 0.5) / RAYS as f64 * total;
+                    let element = leaves[sums.partition_point(|&sum| sum <= at).min(leaves.len() - 1)];
+                    let piece = way.to(element);
+                    let normal = piece.plane.normal;
+                    let (point, direction) = (piece.polygon.point_at(u, v), cosine_direction(normal, s, t));
+                    Departure { point, normal, facet: piece.side.facet, direction }
+                })
+            },
+        )
+        .flat_map_iter(|departures: [Departure; PACKET]| {
             let mut rays = [Ray { origin: Vec3::ZERO, direction: Vec3::Z }; PACKET];
             let mut hits = [None; PACKET];
             departing_hits(tracer, &departures, &mut rays, &mut hits);

@@ -90,6 +90,42 @@ impl<'a> Piece<'a> {
     }
 }
 
+/// Finds one element after the other: those of a side in ascending order cost little, since what is above both of
+/// two is gone down once.
+pub(super) struct Way<'a> {
+    hierarchy: &'a Hierarchy,
+    forest: &'a Forest,
+    /// The elements above the last one and itself, each with the first id that is no longer below it.
+    pieces: Vec<(Piece<'a>, u32)>,
+}
+
+impl<'a> Way<'a> {
+    pub(super) fn new(hierarchy: &'a Hierarchy, forest: &'a Forest) -> Way<'a> {
+        Way { hierarchy, forest, pieces: Vec::new() }
+    }
+
+    /// An element with its geometry.
+    pub(super) fn to(&mut self, element: u32) -> &Piece<'a> {
+        while self.pieces.pop_if(|(piece, end)| element < piece.id() || element >= *end).is_some() {}
+        if self.pieces.is_empty() {
+            let side = self.forest.side_of(element);
+            self.pieces.push((self.forest.root(self.hierarchy, side), self.forest.first_element[side + 1]));
+        }
+        loop {
+            let (piece, end) = &self.pieces[self.pieces.len() - 1];
+            if piece.id() == element {
+                break;
+            }
+            let second = self.forest.second[piece.id() as usize];
+            let (half, end) = if element < second { (0, second) } else { (1, *end) };
+            let mut below = piece.clone();
+            below.keep_half(self.forest, half);
+            self.pieces.push((below, end));
+        }
+        &self.pieces[self.pieces.len() - 1].0
+    }
+}
+
 impl Forest {
     /// One element for each side, or as many as the lines where other surfaces stand on it make.
     pub fn new(hierarchy: &Hierarchy) -> Forest {
@@ -176,10 +212,14 @@ impl Forest {
         piece
     }
 
-    /// The id of the leaf element at a point of a piece.
-    pub(super) fn leaf_in(&self, piece: &Piece<'_>, point: DVec3) -> u32 {
+    /// The id of the element at a point of a piece: the first on the way down to its leaf that `is_enough` holds for,
+    /// else the leaf.
+    pub(super) fn element_in(&self, piece: &Piece<'_>, point: DVec3, is_enough: impl Fn(u32) -> bool) -> u32 {
         let (mut id, mut outline, mut cut) = (piece.id(), piece.polygon, piece.cut);
         while let Some(&second) = self.second.get(id as usize).filter(|&&second| second != 0) {
+            if is_enough(id) {
+                break;
+            }
             let half = self.cuts.part_at(&outline, cut, point, piece.plane.normal);
             cut = self.cuts.keep_part(&mut outline, cut, piece.side.back, half);
             id = [id + 1, second][half];

@@ -11,6 +11,9 @@ use crate::hierarchy::Side;
 use crate::visibility::Brightness;
 use glam::DVec3;
 
+/// A source whose exitance differs by less than this share counts as uniform: rays differ by far more.
+const EVEN: f32 = 0.05;
+
 /// The exitance of one source.
 pub(super) struct Shading<'a> {
     pub(super) source: &'a Party<'a>,
@@ -23,13 +26,19 @@ impl Shading<'_> {
     fn of(&self, element: u32) -> f64 {
         self.light.exitance[element as usize].element_sum() as f64
     }
+
+    /// Whether the exitance differs so little below an element that no ray's weight does.
+    fn is_even(&self, element: u32) -> bool {
+        let element = element as usize;
+        self.light.variation[element] <= EVEN * self.light.exitance[element].max_element()
+    }
 }
 
 impl Brightness for Shading<'_> {
     fn at(&self, facet: u32, front: bool, point: DVec3) -> f64 {
         let forest = self.forest;
         match self.source {
-            Party::Element { piece, .. } => self.of(forest.leaf_in(piece, point)),
+            Party::Element { piece, .. } => self.of(forest.element_in(piece, point, |id| self.is_even(id))),
             Party::Cluster(_) => {
                 let Some(side) = forest.side_index(Side { facet, back: !front }) else { return 0.0 };
                 self.of(forest.first_element[side])
