@@ -2,7 +2,7 @@
 
 use super::subject::Subject;
 use crate::math::CosineLobes;
-use crate::radiosity::{Light, direction};
+use crate::radiosity::{Arriving, Light, direction};
 use glam::Vec3;
 use rayon::prelude::*;
 use std::f32::consts::PI;
@@ -12,20 +12,19 @@ pub(super) fn irradiance(subject: &Subject<'_>, light: &Light) -> Vec<Vec3> {
     let (hierarchy, solution) = (subject.hierarchy, subject.solution);
     let (forest, links) = (&solution.forest, &solution.links);
     let clusters = hierarchy.nodes.len();
-    let mut lobes: Vec<CosineLobes> = (0..clusters as u32)
+    let openness = &solution.openness;
+    let mut arriving: Vec<Arriving> = (0..clusters as u32)
         .into_par_iter()
         .map(|node| {
-            let mut lobes = CosineLobes::default();
+            let mut arriving = Arriving::default();
             for link in links.of(node) {
-                lobes.add(direction(hierarchy, forest, link), light.carried(hierarchy, forest, link));
+                let carried = light.carried(hierarchy, forest, link);
+                openness.add(&mut arriving, link, direction(hierarchy, forest, link), carried);
             }
-            lobes
+            arriving
         })
         .collect();
-    for (index, node) in hierarchy.nodes.iter().enumerate().filter(|(_, node)| !node.is_leaf()) {
-        let from_above = lobes[index];
-        node.children(index as u32).into_iter().for_each(|child| lobes[child as usize].merge(&from_above));
-    }
+    Arriving::hand_down(hierarchy, &mut arriving);
     let mut irradiance: Vec<Vec3> = (0..forest.len() as u32)
         .into_par_iter()
         .map(|element| {
@@ -34,10 +33,7 @@ pub(super) fn irradiance(subject: &Subject<'_>, light: &Light) -> Vec<Vec3> {
         })
         .collect();
     for side in 0..forest.side_count() {
-        let (facet, back) = (forest.side(side).facet, forest.side(side).back);
-        let normal = hierarchy.facets[facet as usize].plane.normal.as_vec3();
-        let from_clusters =
-            lobes[hierarchy.leaf(facet) as usize].evaluate(if back { -normal } else { normal });
+        let from_clusters = openness.irradiance(hierarchy, side, forest, &arriving);
         irradiance[forest.first_element[side] as usize] += from_clusters;
     }
     for element in 0..forest.len() {

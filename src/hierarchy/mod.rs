@@ -21,7 +21,7 @@ pub use tree::{Node, NodeKind};
 use crate::math::Polygon;
 use crate::progress::Progress;
 use crate::scene::{Material, Scene};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// Distances below this are rounding, in local coordinates (the scene spans about −1 to 1).
 pub const TOLERANCE: f64 = 2e-6;
@@ -113,7 +113,7 @@ impl Hierarchy {
     /// The polygon of a facet, counter-clockwise from its front.
     pub fn polygon(&self, facet: u32) -> Polygon {
         let f = &self.facets[facet as usize];
-        let mut points = [glam::DVec3::ZERO; crate::math::MAX_VERTICES];
+        let mut points = [DVec3::ZERO; crate::math::MAX_VERTICES];
         let corners = &self.corners[f.first_corner as usize..(f.first_corner + f.corner_count) as usize];
         for (point, &c) in points.iter_mut().zip(corners) {
             *point = self.mesh.positions[c as usize].as_dvec3();
@@ -130,6 +130,12 @@ impl Hierarchy {
     pub fn side_met(&self, facet: u32, direction: Vec3) -> Side {
         let normal = self.facets[facet as usize].plane.normal;
         Side { facet, back: normal.dot(direction.as_dvec3()) > 0.0 }
+    }
+
+    /// Unit normal of a side, away from its surface.
+    pub fn side_normal(&self, side: Side) -> DVec3 {
+        let normal = self.facets[side.facet as usize].plane.normal;
+        if side.back { -normal } else { normal }
     }
 
     /// The leaf that holds a facet.

@@ -3,6 +3,7 @@
 use super::flight::flight;
 use super::forest::Forest;
 use super::links::{Link, LinkClass, LinkSet};
+use super::openness::Openness;
 use super::quarters::Quarters;
 use super::refine::{RefineCounters, Refiner, Thresholds};
 use super::strays::{Strays, Watched};
@@ -86,6 +87,8 @@ pub struct Solution {
     pub light: Light,
     /// Links it came over.
     pub links: LinkSet,
+    /// How what clusters receive falls on their sides.
+    pub openness: Openness,
     /// What came besides.
     pub strays: Strays,
     /// Pairs that are not stored, and the work done.
@@ -106,7 +109,8 @@ impl Solution {
     /// The light after one more gather over all links and push-pull, for measuring what that costs.
     pub fn after_one_more_bounce(&self, hierarchy: &Hierarchy) -> Light {
         let materials = Materials { hierarchy, forest: &self.forest };
-        let receiving = Receiving { damping: &Damping::none(self.forest.len()), strays: &self.strays };
+        let damping = Damping::none(self.forest.len());
+        let receiving = Receiving { damping: &damping, openness: &self.openness, strays: &self.strays };
         self.light.iterate(hierarchy, &self.forest, &self.links, &materials, receiving)
     }
 
@@ -162,6 +166,7 @@ pub fn solve(
     // A single facet has nothing to exchange light with.
     let first = if hierarchy.nodes[0].is_leaf() { Vec::new() } else { vec![SELF_LINK] };
     let mut links = LinkSet::new(first, hierarchy.nodes.len() + forest.len());
+    let openness = Openness::found(hierarchy, &forest, tracer);
     let mut strays = Strays::none(forest.len());
     let mut damping = Damping::none(forest.len());
     let mut counters = RefineCounters::default();
@@ -195,7 +200,7 @@ pub fn solve(
             let watched = Watched { hierarchy, forest: &forest, light: &light, links: &links, tracer };
             let rays = STRAY_RAYS * options.visibility.rays;
             strays = Strays::found(&watched, wall_area, rays, &strays, progress);
-            damping = Damping::new(hierarchy, &forest, &links, &strays);
+            damping = Damping::new(hierarchy, &forest, &links, &openness, &strays);
             progress.finish();
             refine_seconds += start.elapsed().as_secs_f64();
         }
@@ -220,11 +225,11 @@ pub fn solve(
             }
             links = LinkSet::new(refined, hierarchy.nodes.len() + forest.len());
             strays = Strays::none(forest.len());
-            damping = Damping::new(hierarchy, &forest, &links, &strays);
+            damping = Damping::new(hierarchy, &forest, &links, &openness, &strays);
             progress.finish();
             refine_seconds += start.elapsed().as_secs_f64();
         }
-        let receiving = Receiving { damping: &damping, strays: &strays };
+        let receiving = Receiving { damping: &damping, openness: &openness, strays: &strays };
         let materials = Materials { hierarchy, forest: &forest };
         let next = light.iterate(hierarchy, &forest, &links, &materials, receiving);
         error = changed_power(&forest, &light, &next);
@@ -247,6 +252,7 @@ pub fn solve(
         forest,
         light,
         links,
+        openness,
         strays,
         counters,
         iterations,

@@ -3,6 +3,7 @@
 
 use super::forest::Forest;
 use super::links::{Link, LinkClass, LinkSet};
+use super::openness::{Arriving, Openness};
 use super::strays::Strays;
 use crate::hierarchy::{Hierarchy, Side};
 use crate::math::CosineLobes;
@@ -57,9 +58,15 @@ impl Damping {
     }
 
     /// Follows the light over the links.
-    pub(super) fn new(hierarchy: &Hierarchy, forest: &Forest, links: &LinkSet, strays: &Strays) -> Damping {
+    pub(super) fn new(
+        hierarchy: &Hierarchy,
+        forest: &Forest,
+        links: &LinkSet,
+        openness: &Openness,
+        strays: &Strays,
+    ) -> Damping {
         let damping = Damping::none(forest.len());
-        let receiving = Receiving { damping: &damping, strays };
+        let receiving = Receiving { damping: &damping, openness, strays };
         let glowing = Glowing(Materials { hierarchy, forest });
         let mut before = Light::emitted(hierarchy, forest, &glowing);
         let mut after = before.iterate(hierarchy, forest, links, &glowing, receiving);
@@ -88,6 +95,7 @@ impl Surface for Glowing<'_> {
 #[derive(Clone, Copy)]
 pub(super) struct Receiving<'a> {
     pub(super) damping: &'a Damping,
+    pub(super) openness: &'a Openness,
     pub(super) strays: &'a Strays,
 }
 
@@ -116,7 +124,7 @@ impl Light {
     /// The light before the first iteration: emission only.
     pub(super) fn emitted(hierarchy: &Hierarchy, forest: &Forest, surface: &dyn Surface) -> Light {
         let elements = vec![Vec3::ZERO; forest.len()];
-        let dark = vec![CosineLobes::default(); hierarchy.nodes.len()];
+        let dark = vec![Arriving::default(); hierarchy.nodes.len()];
         let mut light = Light {
             exitance: elements.clone(),
             irradiance: elements.clone(),
@@ -124,7 +132,7 @@ impl Light {
             ..Light::default()
         };
         let (damping, strays) = (Damping::none(forest.len()), Strays::none(forest.len()));
-        let receiving = Receiving { damping: &damping, strays: &strays };
+        let receiving = Receiving { damping: &damping, openness: &Openness::unknown(), strays: &strays };
         light.push_pull(hierarchy, forest, surface, receiving, &elements, dark);
         light
     }
@@ -169,15 +177,16 @@ impl Light {
                     .fold(Vec3::ZERO, |sum, link| sum + self.carried(hierarchy, forest, link))
             })
             .collect();
-        let lobes: Vec<CosineLobes> = (0..clusters)
+        let arriving: Vec<Arriving> = (0..clusters)
             .into_par_iter()
             .with_min_len(256)
             .map(|node| {
-                let mut lobes = CosineLobes::default();
+                let mut arriving = Arriving::default();
                 for link in links.of(node) {
-                    lobes.add(direction(hierarchy, forest, link), self.carried(hierarchy, forest, link));
+                    let carried = self.carried(hierarchy, forest, link);
+                    receiving.openness.add(&mut arriving, link, direction(hierarchy, forest, link), carried);
                 }
-                lobes
+                arriving
             })
             .collect();
         let mut next = Light {
@@ -186,7 +195,7 @@ impl Light {
             variation: vec![0.0; forest.len()],
             ..Light::default()
         };
-        next.push_pull(hierarchy, forest, surface, receiving, &gathered, lobes);
+        next.push_pull(hierarchy, forest, surface, receiving, &gathered, arriving);
         next
     }
 
@@ -221,7 +230,7 @@ impl Light {
 
     /// Sends gathered light down to the leaves and the new exitance up again.
     ///
-    /// `gathered` is irradiance by element, `lobes` what each cluster received.
+    /// `gathered` is irradiance by element, `arriving` what each cluster received.
     fn push_pull(
         &mut self,
         hierarchy: &Hierarchy,
@@ -229,18 +238,11 @@ impl Light {
         surface: &dyn Surface,
         receiving: Receiving<'_>,
         gathered: &[Vec3],
-        mut lobes: Vec<CosineLobes>,
+        mut arriving: Vec<Arriving>,
     ) {
-        for index in 0..hierarchy.nodes.len() {
-            if !hierarchy.nodes[index].is_leaf() {
-                let from_above = lobes[index];
-                for child in hierarchy.nodes[index].children(index as u32) {
-                    lobes[child as usize].merge(&from_above);
-                }
-            }
-        }
-        self.push_pull_elements(hierarchy, forest, surface, receiving, gathered, &lobes);
-        self.pull_clusters(hierarchy, forest, lobes);
+        Arriving::hand_down(hierarchy, &mut arriving);
+        self.push_pull_elements(hierarchy, forest, surface, receiving, gathered, &arriving);
+        self.pull_clusters(hierarchy, forest);
     }
 
     fn push_pull_elements(
@@ -250,7 +252,7 @@ impl Light {
         surface: &dyn Surface,
         receiving: Receiving<'_>,
         gathered: &[Vec3],
-        lobes: &[CosineLobes],
+        arriving: &[Arriving],
     ) {
         let mut blocks = Vec::new();
         let (mut exitance, mut irradiance, mut variation) =
@@ -268,17 +270,14 @@ impl Light {
             let offset = forest.first_element[sides.start] as usize;
             let mut block = Block { forest, gathered, receiving, offset, exitance, irradiance, variation };
             for index in sides {
-                let side = forest.side(index);
-                let normal = hierarchy.facets[side.facet as usize].plane.normal.as_vec3();
-                let normal = if side.back { -normal } else { normal };
-                let from_clusters = lobes[hierarchy.leaf(side.facet) as usize].evaluate(normal);
+                let from_clusters = receiving.openness.irradiance(hierarchy, index, forest, arriving);
                 block.push_pull(forest.first_element[index], from_clusters, surface.of(index));
             }
         });
     }
 
-    fn pull_clusters(&mut self, hierarchy: &Hierarchy, forest: &Forest, mut lobes: Vec<CosineLobes>) {
-        lobes.fill(CosineLobes::default());
+    fn pull_clusters(&mut self, hierarchy: &Hierarchy, forest: &Forest) {
+        let mut lobes = vec![CosineLobes::default(); hierarchy.nodes.len()];
         self.power = vec![0.0; hierarchy.nodes.len()];
         self.peak = vec![0.0; hierarchy.nodes.len()];
         self.lit = vec![0.0; hierarchy.nodes.len()];
@@ -286,11 +285,11 @@ impl Light {
             let node = &hierarchy.nodes[index];
             if node.is_leaf() {
                 for back in [false, true] {
-                    let Some(side) = forest.side_index(Side { facet: node.first, back }) else { continue };
+                    let named = Side { facet: node.first, back };
+                    let Some(side) = forest.side_index(named) else { continue };
                     let root = forest.first_element[side] as usize;
-                    let normal = hierarchy.facets[node.first as usize].plane.normal.as_vec3();
                     let power = self.exitance[root] * forest.area[root];
-                    lobes[index].add(if back { -normal } else { normal }, power / PI);
+                    lobes[index].add(hierarchy.side_normal(named).as_vec3(), power / PI);
                     self.power[index] += power.max_element();
                     self.lit[index] += self.irradiance[root].max_element() / hierarchy.sides() as f32;
                     self.peak[index] =
