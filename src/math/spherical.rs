@@ -36,22 +36,35 @@ impl CosineLobes {
 
     /// The sum at unit direction `x`, which may be a little negative.
     pub fn evaluate_signed(&self, x: Vec3) -> Vec3 {
-        let y = basis(x);
-        let band: [f32; 9] = std::array::from_fn(|i| match i {
-            0 => std::f32::consts::PI,
-            1..=3 => std::f32::consts::PI * 2.0 / 3.0,
-            _ => std::f32::consts::PI / 4.0,
-        });
-        let mut sum = Vec3::ZERO;
-        for i in 0..9 {
-            sum += self.coefficients[i] * (y[i] * band[i]);
-        }
-        sum
+        self.evaluate_with(&LobeWeights::toward(x))
+    }
+
+    /// The same, for many sums at one direction.
+    #[inline]
+    pub fn evaluate_with(&self, weights: &LobeWeights) -> Vec3 {
+        let terms = self.coefficients.iter().zip(weights.0);
+        terms.fold(Vec3::ZERO, |sum, (coefficient, weight)| sum + *coefficient * weight)
     }
 
     /// Mean over all directions.
     pub fn mean(&self) -> Vec3 {
         self.coefficients[0] * (basis(Vec3::ZERO)[0] * std::f32::consts::PI)
+    }
+}
+
+/// What each coefficient counts at one direction.
+#[derive(Clone, Copy, Debug)]
+pub struct LobeWeights([f32; 9]);
+
+impl LobeWeights {
+    /// At unit direction `x`.
+    pub fn toward(x: Vec3) -> LobeWeights {
+        let y = basis(x);
+        LobeWeights(std::array::from_fn(|i| match i {
+            0 => y[0] * std::f32::consts::PI,
+            1..=3 => y[i] * (std::f32::consts::PI * 2.0 / 3.0),
+            _ => y[i] * (std::f32::consts::PI / 4.0),
+        }))
     }
 }
 

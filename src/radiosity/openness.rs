@@ -4,7 +4,7 @@
 use super::forest::Forest;
 use super::links::{Link, LinkClass};
 use crate::hierarchy::Hierarchy;
-use crate::math::{CosineLobes, PairSequence, cosine_direction};
+use crate::math::{CosineLobes, LobeWeights, PairSequence, cosine_direction};
 use crate::tracer::{Departure, PACKET, Ray, Tracer, departing_hits};
 use glam::Vec3;
 use rayon::prelude::*;
@@ -106,15 +106,15 @@ impl Openness {
         arriving: &[Arriving],
     ) -> Vec3 {
         let named = forest.side(side);
-        let normal = hierarchy.side_normal(named).as_vec3();
+        let weights = LobeWeights::toward(hierarchy.side_normal(named).as_vec3());
         let all = &arriving[hierarchy.leaf(named.facet) as usize];
-        let mut uneven = all.uneven.evaluate_signed(normal);
+        let mut uneven = all.uneven.evaluate_with(&weights);
         if let Some([first, end, ..]) = self.first.get(side..) {
             for kept in &self.kept[*first as usize..*end as usize] {
-                uneven -= arriving[kept.node as usize].uneven.evaluate_signed(normal) * kept.share;
+                uneven -= arriving[kept.node as usize].uneven.evaluate_with(&weights) * kept.share;
             }
         }
-        all.even.evaluate(normal) + uneven.max(Vec3::ZERO)
+        all.even.evaluate_with(&weights).max(Vec3::ZERO) + uneven.max(Vec3::ZERO)
     }
 }
 
