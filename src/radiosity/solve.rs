@@ -200,7 +200,7 @@ pub fn solve(
             let watched = Watched { hierarchy, forest: &forest, light: &light, links: &links, tracer };
             let rays = STRAY_RAYS * options.visibility.rays;
             strays = Strays::found(&watched, wall_area, rays, &strays, progress);
-            damping = Damping::new(hierarchy, &forest, &links, &openness, &strays);
+            damping = Damping::new(hierarchy, &forest, &links, &openness, &strays, Damping::MANY);
             progress.finish();
             refine_seconds += start.elapsed().as_secs_f64();
         }
@@ -225,7 +225,8 @@ pub fn solve(
             }
             links = LinkSet::new(refined, hierarchy.nodes.len() + forest.len());
             strays = Strays::none(forest.len());
-            damping = Damping::new(hierarchy, &forest, &links, &openness, &strays);
+            let bounces = if settled { Damping::MANY } else { Damping::FEW };
+            damping = Damping::new(hierarchy, &forest, &links, &openness, &strays, bounces);
             progress.finish();
             refine_seconds += start.elapsed().as_secs_f64();
         }

@@ -49,28 +49,32 @@ impl Damping {
     /// λ.
     const MOST: f32 = 0.99;
 
-    /// Bounces.
-    const BOUNCES: u32 = 8;
+    /// Bounces while links are still refined: enough to keep light from growing.
+    pub(super) const FEW: u32 = 2;
+
+    /// Bounces for the light that stays: with more of them fewer elements take less than reaches them.
+    pub(super) const MANY: u32 = 8;
 
     /// None, for `elements` elements.
     pub(super) fn none(elements: usize) -> Damping {
         Damping(vec![1.0; elements])
     }
 
-    /// Follows the light over the links.
+    /// Follows the light over the links, for some bounces.
     pub(super) fn new(
         hierarchy: &Hierarchy,
         forest: &Forest,
         links: &LinkSet,
         openness: &Openness,
         strays: &Strays,
+        bounces: u32,
     ) -> Damping {
         let damping = Damping::none(forest.len());
         let receiving = Receiving { damping: &damping, openness, strays };
         let glowing = Glowing(Materials { hierarchy, forest });
         let mut before = Light::emitted(hierarchy, forest, &glowing);
         let mut after = before.iterate(hierarchy, forest, links, &glowing, receiving);
-        for _ in 1..Damping::BOUNCES {
+        for _ in 1..bounces {
             before = after;
             after = before.iterate(hierarchy, forest, links, &glowing, receiving);
         }
