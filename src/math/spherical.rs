@@ -22,6 +22,13 @@ impl CosineLobes {
         }
     }
 
+    /// Adds `weight` for light from each direction as it counts over part of a hemisphere.
+    pub fn add_part(&mut self, part: &LobeWeights, weight: Vec3) {
+        for ((c, part), band) in self.coefficients.iter_mut().zip(part.0).zip(BANDS) {
+            *c += weight * (part / band);
+        }
+    }
+
     /// Adds another sum.
     pub fn merge(&mut self, other: &CosineLobes) {
         for (c, o) in self.coefficients.iter_mut().zip(&other.coefficients) {
@@ -52,19 +59,45 @@ impl CosineLobes {
     }
 }
 
-/// What each coefficient counts at one direction.
+/// What a band of coefficients counts when a cosine lobe is taken of it.
+const BANDS: [f32; 9] = {
+    use std::f32::consts::PI;
+    let (first, second) = (PI * 2.0 / 3.0, PI / 4.0);
+    [PI, first, first, first, second, second, second, second, second]
+};
+
+/// What each coefficient counts for the light over a hemisphere, weighted by the cosine.
 #[derive(Clone, Copy, Debug)]
 pub struct LobeWeights([f32; 9]);
 
 impl LobeWeights {
-    /// At unit direction `x`.
+    /// About unit direction `x`.
     pub fn toward(x: Vec3) -> LobeWeights {
         let y = basis(x);
-        LobeWeights(std::array::from_fn(|i| match i {
-            0 => y[0] * std::f32::consts::PI,
-            1..=3 => y[i] * (std::f32::consts::PI * 2.0 / 3.0),
-            _ => y[i] * (std::f32::consts::PI / 4.0),
-        }))
+        LobeWeights(std::array::from_fn(|i| y[i] * BANDS[i]))
+    }
+}
+
+/// The part of a hemisphere in which some of its rays lie: up to the first order by where they go, beyond it by their
+/// number.
+#[derive(Clone, Copy, Debug)]
+pub struct HemispherePart([f32; 4]);
+
+impl HemispherePart {
+    /// The part of `rays`, unit directions, out of `count` that are spread by the cosine.
+    pub fn of(rays: impl Iterator<Item = Vec3>, count: usize) -> HemispherePart {
+        let mut part = [0.0; 4];
+        for ray in rays {
+            let y = basis(ray);
+            part.iter_mut().zip(y).for_each(|(sum, y)| *sum += y * BANDS[0] / count as f32);
+        }
+        HemispherePart(part)
+    }
+
+    /// What each coefficient counts in this part of the hemisphere that has `whole`.
+    pub fn weights(&self, whole: &LobeWeights) -> LobeWeights {
+        let share = self.0[0] / whole.0[0];
+        LobeWeights(std::array::from_fn(|i| if i < 4 { self.0[i] } else { share * whole.0[i] }))
     }
 }
 
@@ -100,6 +133,36 @@ mod tests {
             let exact = x.dot(d).max(0.0);
             assert!((lobes.evaluate(x).x - exact).abs() < 0.1, "{x}: {} for {exact}", lobes.evaluate(x).x);
         }
+    }
+
+    /// All rays together are the hemisphere, and light from where rays go counts for more than from elsewhere.
+    #[test]
+    fn parts_of_a_hemisphere_add_up_to_it() {
+        let x = Vec3::new(0.3, -0.5, 0.8).normalize();
+        let (u, v) = x.any_orthonormal_pair();
+        let rays: Vec<Vec3> = (0..64)
+            .map(|i| ((i / 8) as f32 + 0.5, (i % 8) as f32 * std::f32::consts::TAU / 8.0))
+            .map(|(ring, turn)| (ring / 8.0, turn.sin_cos()))
+            .map(|(t, (sin, cos))| (u * cos + v * sin) * t.sqrt() + x * (1.0 - t).sqrt())
+            .collect();
+        let whole = LobeWeights::toward(x);
+        let all = HemispherePart::of(rays.iter().copied(), rays.len()).weights(&whole);
+        for (sum, whole) in all.0.iter().zip(whole.0) {
+            assert!((sum - whole).abs() < 0.01, "{all:?} for {whole:?}");
+        }
+        let left = |ray: &&Vec3| ray.dot(u) > 0.0;
+        let half = HemispherePart::of(rays.iter().filter(left).copied(), rays.len()).weights(&whole);
+        let light = |from: Vec3| {
+            let mut lobes = CosineLobes::default();
+            lobes.add(from, Vec3::ONE);
+            lobes.evaluate_with(&half).x
+        };
+        let lit = [x + u, x - u].map(|from| light(from.normalize()));
+        assert!(lit[0] > 1.5 * lit[1], "{lit:?}");
+        let mut areas = CosineLobes::default();
+        areas.add_part(&half, Vec3::ONE);
+        let from = Vec3::new(0.6, 0.0, 0.8);
+        assert!((areas.evaluate_signed(from).x - light(from)).abs() < 1e-5);
     }
 
     #[test]

@@ -4,7 +4,7 @@
 use super::forest::Forest;
 use super::links::{Link, LinkClass};
 use crate::hierarchy::Hierarchy;
-use crate::math::{CosineLobes, LobeWeights, PairSequence, cosine_direction};
+use crate::math::{CosineLobes, HemispherePart, LobeWeights, PairSequence, cosine_direction};
 use crate::tracer::{Departure, PACKET, Ray, Tracer, departing_hits};
 use glam::Vec3;
 use rayon::prelude::*;
@@ -23,8 +23,8 @@ const NONE: u32 = u32::MAX;
 struct Kept {
     /// The smallest cluster that holds both ends of the rays.
     node: u32,
-    /// How many of all rays of the side they are, as a share.
-    share: f32,
+    /// Where they go.
+    part: HemispherePart,
 }
 
 /// What rays from all sides met.
@@ -58,7 +58,7 @@ impl Openness {
         for (index, node) in hierarchy.nodes.iter().enumerate().filter(|(_, node)| !node.is_leaf()) {
             node.children(index as u32).into_iter().for_each(|child| parents[child as usize] = index as u32);
         }
-        let ends: Vec<[u32; RAYS]> = (0..forest.side_count())
+        let ends: Vec<[RayEnd; RAYS]> = (0..forest.side_count())
             .into_par_iter()
             .map(|side| ends_of_rays(hierarchy, forest, tracer, &parents, side))
             .collect();
@@ -66,14 +66,18 @@ impl Openness {
         openness.areas = vec![CosineLobes::default(); hierarchy.nodes.len()];
         for (index, ends) in ends.iter().enumerate() {
             let side = forest.side(index);
-            let normal = hierarchy.side_normal(side).as_vec3();
-            let area = hierarchy.nodes[hierarchy.leaf(side.facet) as usize].area;
-            openness.areas[hierarchy.leaf(side.facet) as usize].add(normal, Vec3::new(area, area, 0.0));
+            let leaf = hierarchy.leaf(side.facet) as usize;
+            let (normal, area) = (hierarchy.side_normal(side).as_vec3(), hierarchy.nodes[leaf].area);
+            let whole = LobeWeights::toward(normal);
+            openness.areas[leaf].add_part(&whole, Vec3::new(area, area, 0.0));
             // All light is from inside the whole scene.
-            for run in ends.chunk_by(|a, b| a == b).filter(|run| ![NONE, 0].contains(&run[0])) {
-                let share = run.len() as f32 / RAYS as f32;
-                openness.areas[run[0] as usize].add(normal, Vec3::new(0.0, -share * area, 0.0));
-                openness.kept.push(Kept { node: run[0], share });
+            for run in ends.chunk_by(|a, b| a.node == b.node).filter(|run| ![NONE, 0].contains(&run[0].node))
+            {
+                let part = HemispherePart::of(run.iter().map(|end| end.direction), RAYS);
+                let kept = Kept { node: run[0].node, part };
+                openness.areas[kept.node as usize]
+                    .add_part(&part.weights(&whole), Vec3::new(0.0, -area, 0.0));
+                openness.kept.push(kept);
             }
             openness.first.push(openness.kept.len() as u32);
         }
@@ -82,6 +86,11 @@ impl Openness {
             openness.areas[parent as usize].merge(&own);
         }
         openness
+    }
+
+    /// Bytes of all of it.
+    pub(super) fn bytes(&self) -> u64 {
+        (size_of_val(&self.first[..]) + size_of_val(&self.kept[..]) + size_of_val(&self.areas[..])) as u64
     }
 
     /// Adds what one link of a cluster brings, across the `direction` it comes from, to what arrives there.
@@ -111,7 +120,7 @@ impl Openness {
         let mut uneven = all.uneven.evaluate_with(&weights);
         if let Some([first, end, ..]) = self.first.get(side..) {
             for kept in &self.kept[*first as usize..*end as usize] {
-                uneven -= arriving[kept.node as usize].uneven.evaluate_with(&weights) * kept.share;
+                uneven -= arriving[kept.node as usize].uneven.evaluate_with(&kept.part.weights(&weights));
             }
         }
         all.even.evaluate_with(&weights).max(Vec3::ZERO) + uneven.max(Vec3::ZERO)
@@ -131,35 +140,56 @@ impl Arriving {
     }
 }
 
-/// For rays from one side the smallest clusters that hold both ends, or [`NONE`]; in order.
+/// A ray from one side.
+#[derive(Clone, Copy, Debug)]
+struct RayEnd {
+    /// The smallest cluster that holds both ends, or [`NONE`].
+    node: u32,
+    direction: Vec3,
+}
+
+/// What rays from one side meet, by node.
 fn ends_of_rays(
     hierarchy: &Hierarchy,
     forest: &Forest,
     tracer: &dyn Tracer,
     parents: &[u32],
     side: usize,
-) -> [u32; RAYS] {
-    let sequence = PairSequence::new(5);
+) -> [RayEnd; RAYS] {
+    let sequence = PairSequence::new(0);
     let piece = forest.root(hierarchy, side);
     let (normal, facet) = (piece.plane.normal, piece.side.facet);
     let departures: [Departure; RAYS] = std::array::from_fn(|i| {
-        let [u, v, s, t] = sequence.point(i as u32);
+        let [u, v, ..] = sequence.point(i as u32);
+        let [s, t] = direction_of(i);
         let (point, direction) = (piece.polygon.point_at(u, v), cosine_direction(normal, s, t));
         Departure { point, normal, facet, direction }
     });
     let mut rays = [Ray { origin: Vec3::ZERO, direction: Vec3::Z }; RAYS];
     let mut hits = [None; RAYS];
     departing_hits(tracer, &departures, &mut rays, &mut hits);
-    let leaf = hierarchy.leaf(facet);
-    let mut ends = hits.map(|hit| {
-        let holds = |node: u32, facet: u32| {
-            let node = &hierarchy.nodes[node as usize];
-            (node.first..node.end).contains(&facet)
-        };
-        let mut above =
-            std::iter::successors(Some(leaf), |&node| Some(parents[node as usize]).filter(|&p| p != NONE));
-        hit.and_then(|hit| above.find(|&node| holds(node, hit.facet))).unwrap_or(NONE)
+    let holds = |node: u32, facet: u32| {
+        let node = &hierarchy.nodes[node as usize];
+        (node.first..node.end).contains(&facet)
+    };
+    let parent = |node: &u32| Some(parents[*node as usize]).filter(|&parent| parent != NONE);
+    let mut ends: [RayEnd; RAYS] = std::array::from_fn(|i| {
+        let mut lineage = std::iter::successors(Some(hierarchy.leaf(facet)), parent);
+        let node = hits[i].and_then(|hit| lineage.find(|&node| holds(node, hit.facet))).unwrap_or(NONE);
+        RayEnd { node, direction: departures[i].direction }
     });
-    ends.sort_unstable();
+    ends.sort_by_key(|end| end.node);
     ends
+}
+
+/// Where ray `index` goes, for [`cosine_direction`]: in pairs that mirror each other at the normal, one pair in each
+/// ring of equal weight at its mean cosine, so that all of them together weigh light from anywhere as the cosine does,
+/// up to the first order.
+fn direction_of(index: usize) -> [f64; 2] {
+    let (pair, is_second) = (index / 2, index % 2 == 1);
+    let pairs = (RAYS / 2) as f64;
+    let turn = 0.5 * (pair as f64 * 0.618_033_988_749_895).fract();
+    let upto = |ring: usize| (1.0 - ring as f64 / pairs).powf(1.5);
+    let cosine = (upto(pair) - upto(pair + 1)) * pairs / 1.5;
+    [turn + if is_second { 0.5 } else { 0.0 }, 1.0 - cosine * cosine]
 }

@@ -147,7 +147,7 @@ impl Solution {
         let element =
             size_of::<crate::hierarchy::ElementTree>() + size_of::<Vec3>() * 3 + size_of::<f32>() * 5;
         let cluster = size_of::<crate::math::CosineLobes>() + 3 * size_of::<f32>();
-        (self.forest.len() * element + self.light.power.len() * cluster) as u64
+        (self.forest.len() * element + self.light.power.len() * cluster) as u64 + self.openness.bytes()
     }
 }
 

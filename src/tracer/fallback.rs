@@ -14,6 +14,9 @@ const BOX_MARGIN: f32 = 1e-6;
 /// See [`FallbackTracer::tree_ray`].
 const STRETCH: f32 = 1024.0;
 
+/// What is less in a direction, after it is stretched, counts as 0.
+const LEAST_DIRECTION: f32 = 1e-18;
+
 /// Traces through an eight-wide tree of boxes.
 pub struct FallbackTracer {
     tree: CwBvh,
@@ -44,14 +47,16 @@ impl FallbackTracer {
     /// A ray as the tree takes it. Distances are in units of `direction / STRETCH`.
     ///
     /// The tree passes over boxes it leaves before 1e-4, so distances are stretched to make that
-    /// nothing; and its own inverse of a direction takes −0 for negative, so it is computed here.
+    /// nothing; and it takes the order of planes from the signs of the direction, which have to be those
+    /// of its inverse, so what is as good as 0 is exactly that.
     fn tree_ray(origin: Vec3, direction: Vec3, far: f32) -> obvhs::ray::Ray {
-        let direction = Vec3A::from(direction) / STRETCH;
-        let inverse = |x: f32| if x.abs() < 1e-18 { 1e18 } else { 1.0 / x };
+        let direction =
+            (direction / STRETCH).to_array().map(|x| if x.abs() < LEAST_DIRECTION { 0.0 } else { x });
+        let inverse = direction.map(|x: f32| if x == 0.0 { 1.0 / LEAST_DIRECTION } else { 1.0 / x });
         obvhs::ray::Ray {
             origin: Vec3A::from(origin),
-            direction,
-            inv_direction: Vec3A::new(inverse(direction.x), inverse(direction.y), inverse(direction.z)),
+            direction: Vec3A::from(direction),
+            inv_direction: Vec3A::from(inverse),
             tmin: 0.0,
             tmax: far * STRETCH,
         }

@@ -22,6 +22,7 @@ mod determinism;
 mod dropped;
 mod extremes;
 mod furnace;
+mod openness;
 mod overlaps;
 mod proofs;
 mod quarters;

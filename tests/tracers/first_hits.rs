@@ -141,3 +141,28 @@ fn hard_rays_meet_what_the_judge_says_but_for_rounding() {
         }
     }
 }
+
+/// Rays that leave a closed box or ball from inside, as good as along an axis or a plane through two of them: the
+/// smallest numbers have a sign, and an inverse that is as good as infinite.
+#[test]
+fn directions_with_the_smallest_numbers_lead_somewhere() {
+    for (name, mesh) in [("box", shell(true)), ("ball", shell(false)), ("soup", soup(300, 33))] {
+        for tracer in tracers(&mesh) {
+            let (mut rays, origins) = (Vec::new(), random::segments(COUNT / 8, 34));
+            for (i, origin) in origins.iter().enumerate() {
+                let tiny = 10f32.powi(-(12 + i as i32 % 26)) * if i % 2 == 0 { 1.0 } else { -1.0 };
+                let mut direction = [1.0f32, 0.3, -0.2];
+                direction[i % 3] = tiny;
+                if i % 5 == 0 {
+                    direction[(i + 1) % 3] = -tiny;
+                }
+                rays.push(Ray { origin: origin.from * 0.3, direction: glam::Vec3::from(direction) });
+            }
+            let hits = compare_hits(TOLERANCE, &mesh, tracer.as_ref(), &rays);
+            let what = format!("{name}, {}: {hits:?}", tracer.name());
+            println!("{what}");
+            assert!(hits.wrong == 0 && hits.edge_on == 0, "{what}");
+            assert!(if name == "soup" { hits.met > 10 } else { hits.met == rays.len() }, "{what}");
+        }
+    }
+}
