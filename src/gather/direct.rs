@@ -2,7 +2,7 @@
 //! ray.
 
 use crate::hierarchy::Hierarchy;
-use crate::math::{PairSequence, Plane, Polygon};
+use crate::math::{PairSequence, Plane, Polygon, hash_pair};
 use crate::radiosity::PolygonSource;
 use crate::tracer::{Candidates, FilterAudit, NO_FACET, PACKET, Segment, Tracer};
 use glam::DVec3;
@@ -102,7 +102,8 @@ pub(super) fn direct(
             continue;
         }
         due -= 1.0;
-        let [u, v, ..] = sequence.point(index);
+        // One point after the other would lie in the same halves of all parts that are the first of two.
+        let [u, v, ..] = sequence.point(hash_pair(index, 0) as u32);
         index += 1;
         rays.cast(part.polygon.point_at(u, v), emitter.facet, part.irradiance / chance);
     }

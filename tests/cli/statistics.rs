@@ -18,6 +18,7 @@ const FIELDS: [(&str, &[&str]); 7] = [
             "elements",
             "clusters",
             "facets",
+            "covered_facets",
             "materials",
             "dropped_degenerate",
             "dropped_duplicate",

@@ -133,7 +133,7 @@ fn every_point_of_a_pile_belongs_to_one_sheet() {
         }
         assert!(cuts <= 1, "seed {seed}: {cuts} points belong to none or to several");
     }
-    assert!(asked > 30_000 && shared > 10_000, "{asked} points, {shared} on several sheets");
+    assert!(asked > 30_000 && shared > 5_000, "{asked} points, {shared} on several sheets");
 }
 
 /// No ray slips through where facets were cut.
