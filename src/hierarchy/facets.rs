@@ -33,6 +33,7 @@ impl Facet {
 }
 
 /// A facet before it has its place in the tree.
+#[derive(Debug)]
 pub(super) struct MergedFacet {
     /// Ids of its triangles, ascending.
     pub(super) triangles: Vec<u32>,
@@ -185,19 +186,26 @@ fn area_vector(outline: &[u32], positions: &[Vec3]) -> DVec3 {
     (1..outline.len() - 1).map(|i| 0.5 * (at(i) - start).cross(at(i + 1) - start)).sum()
 }
 
-/// The outline without vertices in the middle of a straight edge.
+/// The outline without vertices in the middle of a straight edge: all that are left out between two corners lie on the
+/// line that joins them.
 pub(super) fn corners_of(outline: &[u32], positions: &[Vec3]) -> Vec<u32> {
     let at = |i: usize| positions[outline[i % outline.len()] as usize].as_dvec3();
     let n = outline.len();
-    (0..n)
-        .filter(|&i| {
-            let (before, here, after) = (at(i + n - 1), at(i), at(i + 1));
-            let base = after - before;
-            let off = base.cross(here - before).length();
-            off > TOLERANCE * 0.25 * base.length()
-        })
-        .map(|i| outline[i])
-        .collect()
+    let middle = (0..n).map(at).sum::<DVec3>() / n as f64;
+    let distance = |i: usize| at(i).distance_squared(middle);
+    // What is furthest out is a corner.
+    let start = (0..n).max_by(|&i, &j| distance(i).total_cmp(&distance(j))).unwrap_or(0);
+    let mut corners = vec![start];
+    for i in start + 1..start + n {
+        let last = corners[corners.len() - 1];
+        let base = at(i + 1) - at(last);
+        let is_on = |k: usize| base.cross(at(k) - at(last)).length() <= TOLERANCE * 0.25 * base.length();
+        if !(last + 1..=i).all(is_on) {
+            corners.push(i);
+        }
+    }
+    corners.sort_unstable_by_key(|i| i % n);
+    corners.into_iter().map(|i| outline[i % n]).collect()
 }
 
 fn is_convex_and_planar(outline: &[u32], positions: &[Vec3]) -> bool {
@@ -285,6 +293,24 @@ mod tests {
         let facets = merge(&positions, &triangles, &Silent);
         assert_eq!(facets.len(), 2);
         assert!((area(&facets, &positions) - 0.75).abs() < 1e-6);
+    }
+
+    /// Each of two corners of its lower side is as good as on the line between its neighbours, but not on the one
+    /// that is left without both.
+    #[test]
+    fn a_flat_corner_is_kept_when_its_neighbour_goes() {
+        let points = [
+            (0.019_746_562, -0.235_664_13),
+            (0.214_916_32, -0.235_664_13),
+            (0.215_231_5, -0.235_664_13),
+            (0.578_027_07, -0.235_289_13),
+            (0.019_431_312, -0.235_289_13),
+        ];
+        let positions = points.map(|(x, y)| Vec3::new(x, y, -0.308_331_13)).to_vec();
+        let fan = (1..4).map(|i| Triangle { vertices: [0, i, i + 1], material: 0, patch: 0 });
+        let facets = merge(&positions, &fan.collect::<Vec<_>>(), &Silent);
+        let exact = 0.5 * area_vector(&[0, 1, 2, 3, 4], &positions).length() * 2.0;
+        assert!((area(&facets, &positions) / exact - 1.0).abs() < 0.01, "{facets:?} for {exact}");
     }
 
     #[test]
