@@ -22,7 +22,7 @@ pub(super) fn reflected(
     for first in (0..samples).step_by(PACKET) {
         let count = (samples - first).min(PACKET as u32) as usize;
         let departures: [Departure; PACKET] = std::array::from_fn(|i| {
-            let [_, _, s, t] = sequence.point(first + i as u32);
+            let [s, t, ..] = sequence.point(first + i as u32);
             let direction = cosine_direction(at.normal, s, t);
             Departure { point: at.point, normal: at.surface, facet: at.facet, direction }
         });

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 const LEAST_DEPTH: f64 = 4.0 * TOLERANCE;
 
 /// A facet that would fall into more pieces is left whole.
-const MOST_PIECES: usize = 64;
+const MOST_PIECES: usize = 4096;
 
 /// The facets and what they are made of.
 pub(super) struct Surfaces<'a> {
@@ -32,7 +32,7 @@ struct Covered {
     facet: usize,
     /// What is left of it.
     pieces: Vec<Vec<DVec3>>,
-    /// Facets that cover it, ascending.
+    /// Facets that cover it.
     by: Vec<usize>,
 }
 
@@ -51,11 +51,13 @@ impl Surfaces<'_> {
     pub(super) fn part_overlaps(&mut self, nodes: &[Node], order: &[u32], progress: &dyn Progress) -> usize {
         progress.start("overlaps", self.facets.len() as u64);
         let planes: Vec<Plane> = self.facets.par_iter().map(|facet| facet.plane(&self.positions)).collect();
+        let areas: Vec<f64> =
+            self.facets.par_iter().map(|facet| facet.polygon(&self.positions).area()).collect();
         let found: Vec<Covered> = (0..self.facets.len())
             .into_par_iter()
             .filter_map(|facet| {
                 progress.advance(1);
-                self.covered(facet, &planes, nodes, order)
+                self.covered(facet, &planes, &areas, nodes, order)
             })
             .collect();
         let pieces: Vec<MergedFacet> = found.iter().flat_map(|covered| self.pieces_of(covered)).collect();
@@ -76,7 +78,9 @@ impl Surfaces<'_> {
         let material = self.facets[covered.facet].material;
         let mut pieces = Vec::new();
         for piece in &covered.pieces {
-            let outline: Vec<u32> = piece.iter().map(|&corner| self.corner_at(corner, &mut known)).collect();
+            let mut outline: Vec<u32> =
+                piece.iter().map(|&corner| self.corner_at(corner, &mut known)).collect();
+            outline.dedup();
             let corners = corners_of(&outline, &self.positions);
             // Parts with no more corners than a facet may have, in a fan around the first.
             let mut next = 1;
@@ -109,7 +113,14 @@ impl Surfaces<'_> {
     }
 
     /// What others leave of a facet, if they cover any of it.
-    fn covered(&self, facet: usize, planes: &[Plane], nodes: &[Node], order: &[u32]) -> Option<Covered> {
+    fn covered(
+        &self,
+        facet: usize,
+        planes: &[Plane],
+        areas: &[f64],
+        nodes: &[Node],
+        order: &[u32],
+    ) -> Option<Covered> {
         let plane = &planes[facet];
         let polygon = self.facets[facet].polygon(&self.positions);
         let bounds = polygon.bounds();
@@ -130,12 +141,15 @@ impl Surfaces<'_> {
                 NodeKind::Cluster(children) => stack.extend(children),
                 NodeKind::Leaf(place) => {
                     let other = order[place as usize] as usize;
+                    if other == facet || !self.keeps(other, facet, planes, areas) {
+                        continue;
+                    }
                     let covering = self.facets[other].polygon(&self.positions);
-                    if other == facet || !lies_in(&covering, plane) || !lies_in(&polygon, &planes[other]) {
+                    if !lies_in(&covering, plane) || !lies_in(&polygon, &planes[other]) {
                         continue;
                     }
                     let covering = axes.outline(&covering);
-                    if outline.overlaps(&covering, LEAST_DEPTH) && self.keeps(other, facet, planes) {
+                    if outline.overlaps(&covering, LEAST_DEPTH) {
                         coverers.push((other, covering));
                     }
                 }
@@ -144,11 +158,12 @@ impl Surfaces<'_> {
         if coverers.is_empty() {
             return None;
         }
-        coverers.sort_unstable_by_key(|&(other, _)| other);
+        // The largest first: few pieces, and perhaps none.
+        coverers.sort_unstable_by(|(a, _), (b, _)| areas[*b].total_cmp(&areas[*a]).then(a.cmp(b)));
         let mut left = FlatRegion::new(outline, TOLERANCE);
         for (_, covering) in &coverers {
             if !left.remove(covering) {
-                break;
+                return Some(Covered { facet, pieces: Vec::new(), by: Vec::new() });
             }
             if left.pieces.len() > MOST_PIECES {
                 return None;
@@ -159,12 +174,12 @@ impl Surfaces<'_> {
             .iter()
             .map(|piece| piece.corners().iter().map(|&c| axes.point(c)).collect())
             .collect();
-        Some(Covered { facet, pieces, by: coverers.into_iter().map(|(other, _)| other).collect() })
+        Some(Covered { facet, pieces, by: coverers.iter().map(|(other, _)| *other).collect() })
     }
 
     /// Whether `one` rather than `other` keeps what both cover: what emits, else the larger, else what stands first
     /// in the file.
-    fn keeps(&self, one: usize, other: usize, planes: &[Plane]) -> bool {
+    fn keeps(&self, one: usize, other: usize, planes: &[Plane], areas: &[f64]) -> bool {
         let faces_away = planes[one].normal.dot(planes[other].normal) < 0.0;
         let [emits, other_emits] =
             [one, other].map(|facet| self.materials[self.facets[facet].material as usize].is_emitter());
@@ -172,9 +187,9 @@ impl Surfaces<'_> {
         if faces_away && (self.one_sided || emits && other_emits) {
             return false;
         }
-        let [area, other_area] = [one, other].map(|facet| self.facets[facet].polygon(&self.positions).area());
         let [place, other_place] = [one, other].map(|facet| self.facets[facet].triangles[0]);
-        let order = emits.cmp(&other_emits).then(area.total_cmp(&other_area)).then(other_place.cmp(&place));
+        let order =
+            emits.cmp(&other_emits).then(areas[one].total_cmp(&areas[other])).then(other_place.cmp(&place));
         order.is_gt()
     }
 }

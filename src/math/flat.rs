@@ -6,6 +6,9 @@ use glam::{DVec2, DVec3};
 /// Room for the corners of a [`FlatPolygon`].
 const MOST_CORNERS: usize = 24;
 
+/// Corners nearer to each other are one: some roundings in double precision.
+const SAME: f64 = 1e-12;
+
 /// Two axes in a plane.
 #[derive(Clone, Copy, Debug)]
 pub struct Axes {
@@ -95,12 +98,18 @@ impl FlatPolygon {
                 part.push(a.lerp(b, da / (da - db)));
             }
         }
+        if part.count > 1 && part.corners[0].distance_squared(part.corners[part.count - 1]) < SAME * SAME {
+            part.count -= 1;
+        }
         (deepest > least && part.count >= 3).then_some(part)
     }
 
+    /// Adds a corner, unless it is the last one: where a cut passes through a corner there would be two.
     fn push(&mut self, corner: DVec2) {
-        self.corners[self.count] = corner;
-        self.count += 1;
+        if self.count == 0 || corner.distance_squared(self.corners[self.count - 1]) >= SAME * SAME {
+            self.corners[self.count] = corner;
+            self.count += 1;
+        }
     }
 
     /// Whether no edge of either has the other outside, or less than `depth` inside.
@@ -109,7 +118,9 @@ impl FlatPolygon {
             this.edges().all(|(a, b)| {
                 let outward = (a - b).perp();
                 let depth = depth * outward.length();
-                that.corners().iter().any(|&corner| outward.dot(corner - a) < -depth)
+                // An edge without length has no sides.
+                outward.length_squared() < SAME * SAME
+                    || that.corners().iter().any(|&corner| outward.dot(corner - a) < -depth)
             })
         };
         is_inside_all(self, other) && is_inside_all(other, self)

@@ -115,7 +115,7 @@ pub fn cosine_direction(normal: DVec3, s: f64, t: f64) -> Vec3 {
 mod tests {
     use super::*;
 
-    /// Of sixteen points, every pair of coordinates has one in each of sixteen squares, or each half of a rectangle.
+    /// Of sixteen points each coordinate has one in each sixteenth, and the first two have one in each of sixteen squares.
     #[test]
     fn every_coordinate_of_a_block_is_stratified() {
         for seed in 0..50 {

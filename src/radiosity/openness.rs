@@ -5,6 +5,7 @@ use super::forest::Forest;
 use super::links::{Link, LinkClass};
 use crate::hierarchy::Hierarchy;
 use crate::math::{CosineLobes, HemispherePart, LobeWeights, PairSequence, cosine_direction};
+use crate::progress::Progress;
 use crate::tracer::{Departure, PACKET, Ray, Tracer, departing_hits};
 use glam::Vec3;
 use rayon::prelude::*;
@@ -53,32 +54,38 @@ impl Openness {
     }
 
     /// Casts rays from all sides.
-    pub(super) fn found(hierarchy: &Hierarchy, forest: &Forest, tracer: &dyn Tracer) -> Openness {
+    pub(super) fn found(
+        hierarchy: &Hierarchy,
+        forest: &Forest,
+        tracer: &dyn Tracer,
+        progress: &dyn Progress,
+    ) -> Openness {
         let mut parents = vec![NONE; hierarchy.nodes.len()];
         for (index, node) in hierarchy.nodes.iter().enumerate().filter(|(_, node)| !node.is_leaf()) {
             node.children(index as u32).into_iter().for_each(|child| parents[child as usize] = index as u32);
         }
-        let ends: Vec<[RayEnd; RAYS]> = (0..forest.side_count())
+        progress.start("openness", forest.side_count() as u64);
+        let kept: Vec<Box<[Kept]>> = (0..forest.side_count())
             .into_par_iter()
-            .map(|side| ends_of_rays(hierarchy, forest, tracer, &parents, side))
+            .with_min_len(64)
+            .map(|side| {
+                progress.advance(1);
+                kept_of(hierarchy, forest, tracer, &parents, side)
+            })
             .collect();
+        progress.finish();
         let mut openness = Openness { first: vec![0], ..Openness::default() };
         openness.areas = vec![CosineLobes::default(); hierarchy.nodes.len()];
-        for (index, ends) in ends.iter().enumerate() {
+        for (index, kept) in kept.into_iter().enumerate() {
             let side = forest.side(index);
             let leaf = hierarchy.leaf(side.facet) as usize;
-            let (normal, area) = (hierarchy.side_normal(side).as_vec3(), hierarchy.nodes[leaf].area);
-            let whole = LobeWeights::toward(normal);
+            let area = hierarchy.nodes[leaf].area;
+            let whole = LobeWeights::toward(hierarchy.side_normal(side).as_vec3());
             openness.areas[leaf].add_part(&whole, Vec3::new(area, area, 0.0));
-            // All light is from inside the whole scene.
-            for run in ends.chunk_by(|a, b| a.node == b.node).filter(|run| ![NONE, 0].contains(&run[0].node))
-            {
-                let part = HemispherePart::of(run.iter().map(|end| end.direction), RAYS);
-                let kept = Kept { node: run[0].node, part };
-                openness.areas[kept.node as usize]
-                    .add_part(&part.weights(&whole), Vec3::new(0.0, -area, 0.0));
-                openness.kept.push(kept);
+            for Kept { node, part } in &kept {
+                openness.areas[*node as usize].add_part(&part.weights(&whole), Vec3::new(0.0, -area, 0.0));
             }
+            openness.kept.extend(kept);
             openness.first.push(openness.kept.len() as u32);
         }
         for (index, &parent) in parents.iter().enumerate().skip(1).rev() {
@@ -140,22 +147,15 @@ impl Arriving {
     }
 }
 
-/// A ray from one side.
-#[derive(Clone, Copy, Debug)]
-struct RayEnd {
-    /// The smallest cluster that holds both ends, or [`NONE`].
-    node: u32,
-    direction: Vec3,
-}
-
-/// What rays from one side meet, by node.
-fn ends_of_rays(
+/// Where the rays of one side end, by the smallest clusters that hold both ends, but the whole scene: all light is
+/// from inside of it.
+fn kept_of(
     hierarchy: &Hierarchy,
     forest: &Forest,
     tracer: &dyn Tracer,
     parents: &[u32],
     side: usize,
-) -> [RayEnd; RAYS] {
+) -> Box<[Kept]> {
     let sequence = PairSequence::new(0);
     let piece = forest.root(hierarchy, side);
     let (normal, facet) = (piece.plane.normal, piece.side.facet);
@@ -173,13 +173,18 @@ fn ends_of_rays(
         (node.first..node.end).contains(&facet)
     };
     let parent = |node: &u32| Some(parents[*node as usize]).filter(|&parent| parent != NONE);
-    let mut ends: [RayEnd; RAYS] = std::array::from_fn(|i| {
+    let mut ends: [(u32, Vec3); RAYS] = std::array::from_fn(|i| {
         let mut lineage = std::iter::successors(Some(hierarchy.leaf(facet)), parent);
-        let node = hits[i].and_then(|hit| lineage.find(|&node| holds(node, hit.facet))).unwrap_or(NONE);
-        RayEnd { node, direction: departures[i].direction }
+        let node = hits[i].and_then(|hit| lineage.find(|&node| holds(node, hit.facet))).unwrap_or(0);
+        (node, departures[i].direction)
     });
-    ends.sort_by_key(|end| end.node);
-    ends
+    ends.sort_by_key(|(node, _)| *node);
+    let runs = ends.chunk_by(|(a, _), (b, _)| a == b).filter(|run| run[0].0 != 0);
+    runs.map(|run| {
+        let directions = run.iter().map(|(_, direction)| *direction);
+        Kept { node: run[0].0, part: HemispherePart::of(directions, RAYS) }
+    })
+    .collect()
 }
 
 /// Where ray `index` goes, for [`cosine_direction`]: in pairs that mirror each other at the normal, one pair in each

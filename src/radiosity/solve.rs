@@ -166,7 +166,7 @@ pub fn solve(
     // A single facet has nothing to exchange light with.
     let first = if hierarchy.nodes[0].is_leaf() { Vec::new() } else { vec![SELF_LINK] };
     let mut links = LinkSet::new(first, hierarchy.nodes.len() + forest.len());
-    let openness = Openness::found(hierarchy, &forest, tracer);
+    let openness = Openness::found(hierarchy, &forest, tracer, progress);
     let mut strays = Strays::none(forest.len());
     let mut damping = Damping::none(forest.len());
     let mut counters = RefineCounters::default();
@@ -218,14 +218,15 @@ pub fn solve(
             let added = after.abs_diff(before) as f64;
             settled = iterations as usize > SCHEDULE.len() && added <= SETTLED * after as f64
                 || iterations >= REFINED_AT_MOST;
-            if settled || iterations + 1 == options.iterations.max(1) {
+            let is_last = settled || iterations + 1 == options.iterations.max(1);
+            if is_last {
                 let kept = refined.len();
                 refined.retain(|link| link.class != LinkClass::Invisible);
                 counters.invisible += (kept - refined.len()) as u64;
             }
             links = LinkSet::new(refined, hierarchy.nodes.len() + forest.len());
             strays = Strays::none(forest.len());
-            let bounces = if settled { Damping::MANY } else { Damping::FEW };
+            let bounces = if is_last { Damping::MANY } else { Damping::FEW };
             damping = Damping::new(hierarchy, &forest, &links, &openness, &strays, bounces);
             progress.finish();
             refine_seconds += start.elapsed().as_secs_f64();

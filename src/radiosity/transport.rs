@@ -41,7 +41,8 @@ pub struct Light {
 /// sends out 1, and the light is followed for some bounces. With x the sum of them all and K one bounce,
 /// K x ≤ λ x holds nearly everywhere; where it does not, the element takes so much less that it does. Then no
 /// light grows, since the spectral radius of a positive operator is no larger than such a λ
-/// (Collatz and Wielandt).
+/// (Collatz and Wielandt). What clusters hand on by how open their sides lie is not quite such an operator, since less
+/// than nothing is cut off; that is little.
 #[derive(Clone, Debug)]
 pub(super) struct Damping(Vec<f32>);
 

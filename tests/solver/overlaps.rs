@@ -196,6 +196,64 @@ fn backs_that_exchange_no_light_and_lamps_back_to_back_both_stay() {
     assert_eq!(covered(&[(large, 0.0), (small.map(|[x, y, _]| [x, y, 1e-3]), 0.0)], false).0, 0);
 }
 
+/// Lamps of many corners flush with a ceiling, turned every way: cuts pass through corners of what is left, and no
+/// part of the ceiling may get lost or stay under the lamp.
+#[test]
+fn a_flush_lamp_of_many_corners_leaves_the_rest_of_the_ceiling() {
+    for seed in 0..24 {
+        let [a, b, c, _] = PairSequence::new(seed).point(3);
+        let turn = glam::DQuat::from_euler(glam::EulerRot::XYZ, 6.0 * a, 6.0 * b, 6.0 * c);
+        let turned =
+            |x: f64, y: f64| if seed == 0 { DVec3::new(x, y, 0.0) } else { turn * DVec3::new(x, y, 0.0) };
+        for corners in [3, 6, 12, 16, 24, 32, 48] {
+            let mut scene = Rectangles::new("flush lamp");
+            let (grey, lamp) = (scene.material(0.5, 0.0), scene.material(0.0, 1.0));
+            scene.quad(
+                [(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)].map(|(x, y)| turned(x, y).to_array()),
+                grey,
+            );
+            let rim: Vec<DVec3> = (0..corners)
+                .map(|i| (i as f64 / corners as f64 * std::f64::consts::TAU).sin_cos())
+                .map(|(sin, cos)| turned(2.0 + cos, 2.0 + sin))
+                .collect();
+            scene.fan(turned(2.0, 2.0), &rim, lamp);
+            let hierarchy = Hierarchy::build(&scene.finish(), false, &Silent);
+            assert_eq!(hierarchy.covered_facets, 1, "{seed} {corners}");
+            let unit = hierarchy.square_meters_per_unit(1.0);
+            let mut areas = [0.0; 2];
+            for facet in 0..hierarchy.facets.len() as u32 {
+                let material = hierarchy.facets[facet as usize].material;
+                areas[material as usize] += hierarchy.polygon(facet).area() * unit;
+            }
+            let disc = 0.5 * corners as f64 * (std::f64::consts::TAU / corners as f64).sin();
+            assert!((areas[0] - (16.0 - disc)).abs() < 1e-3, "{seed} {corners}: {areas:?} for {disc}");
+            assert!((areas[1] - disc).abs() < 1e-3, "{seed} {corners}: {areas:?} for {disc}");
+        }
+    }
+}
+
+/// Hundreds of lamps in one ceiling, and a rug of several pieces under a floor that stands later in the file.
+#[test]
+fn many_lamps_are_let_into_a_ceiling() {
+    let mut scene = Rectangles::new("lamps");
+    let (grey, lamp) = (scene.material(0.5, 0.0), scene.material(0.0, 1.0));
+    scene.quad(square(1.0, 19.0, true), grey);
+    for i in 0..15 {
+        for j in 0..15 {
+            let (x, y) = (3.0 + i as f64, 3.0 + j as f64);
+            scene.quad([[x, y, 0.0], [x + 0.5, y, 0.0], [x + 0.5, y + 0.5, 0.0], [x, y + 0.5, 0.0]], lamp);
+        }
+    }
+    scene.quad(square(0.0, 20.0, false), grey);
+    let hierarchy = Hierarchy::build(&scene.finish(), false, &Silent);
+    assert_eq!(hierarchy.covered_facets, 2);
+    let facets =
+        (0..hierarchy.facets.len() as u32).filter(|&f| hierarchy.facets[f as usize].material == grey);
+    let area: f64 = facets.map(|facet| hierarchy.polygon(facet).area()).sum();
+    let area = area * hierarchy.square_meters_per_unit(1.0);
+    assert!((area - (400.0 - 225.0 * 0.25)).abs() < 0.01, "{area}");
+}
+
 /// A furnace whose floor is two sheets, one over the other by a fifth of it, with a panel that lies in a wall and
 /// faces it: what each covers twice would receive and send light twice.
 #[test]
