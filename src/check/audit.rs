@@ -2,7 +2,6 @@
 //! between the same nodes. It shows pairs that no link covers or that several do, and which kind of link
 //! loses or makes light.
 
-use super::carried::faces;
 use super::flights::{Flights, Landing};
 use super::subject::{Subject, fraction};
 use crate::radiosity::{Link, LinkClass, direction};
@@ -75,7 +74,7 @@ impl Kind {
 /// Power that every kind of link carries.
 fn linked(subject: &Subject<'_>) -> BTreeMap<Kind, f64> {
     let (hierarchy, solution) = (subject.hierarchy, subject.solution);
-    let faces = faces(subject);
+    let (forest, openness) = (&solution.forest, &solution.openness);
     let add = |mut sums: BTreeMap<Kind, f64>, other: BTreeMap<Kind, f64>| {
         other.into_iter().for_each(|(kind, power)| *sums.entry(kind).or_default() += power);
         sums
@@ -87,12 +86,12 @@ fn linked(subject: &Subject<'_>) -> BTreeMap<Kind, f64> {
         .map(|links| {
             let mut sums = BTreeMap::new();
             for link in links {
-                let arriving = solution.light.carried(hierarchy, &solution.forest, link).element_sum() as f64;
+                let arriving = solution.light.carried(hierarchy, forest, link).element_sum() as f64;
                 let area = match subject.element(link.receiver) {
                     Some(element) => subject.area(element),
                     None => {
-                        let towards = direction(hierarchy, &solution.forest, link);
-                        faces[link.receiver as usize].evaluate_signed(towards).x as f64
+                        let towards = direction(hierarchy, forest, link);
+                        openness.area(link.receiver).evaluate_signed(towards) as f64
                     }
                 };
                 *sums.entry(Kind::of(subject, link)).or_default() += arriving * area;

@@ -2,7 +2,7 @@
 
 use super::subject::Subject;
 use crate::math::CosineLobes;
-use crate::radiosity::{Arriving, Light, direction};
+use crate::radiosity::Light;
 use glam::Vec3;
 use rayon::prelude::*;
 use std::f32::consts::PI;
@@ -11,20 +11,8 @@ use std::f32::consts::PI;
 pub(super) fn irradiance(subject: &Subject<'_>, light: &Light) -> Vec<Vec3> {
     let (hierarchy, solution) = (subject.hierarchy, subject.solution);
     let (forest, links) = (&solution.forest, &solution.links);
-    let clusters = hierarchy.nodes.len();
     let openness = &solution.openness;
-    let mut arriving: Vec<Arriving> = (0..clusters as u32)
-        .into_par_iter()
-        .map(|node| {
-            let mut arriving = Arriving::default();
-            for link in links.of(node) {
-                let carried = light.carried(hierarchy, forest, link);
-                openness.add(&mut arriving, link, direction(hierarchy, forest, link), carried);
-            }
-            arriving
-        })
-        .collect();
-    Arriving::hand_down(hierarchy, &mut arriving);
+    let arriving = openness.arriving(hierarchy, forest, links, light);
     let mut irradiance: Vec<Vec3> = (0..forest.len() as u32)
         .into_par_iter()
         .map(|element| {
@@ -33,7 +21,7 @@ pub(super) fn irradiance(subject: &Subject<'_>, light: &Light) -> Vec<Vec3> {
         })
         .collect();
     for side in 0..forest.side_count() {
-        let from_clusters = openness.irradiance(hierarchy, side, forest, &arriving);
+        let from_clusters = openness.irradiance(hierarchy, forest, side, &arriving);
         irradiance[forest.first_element[side] as usize] += from_clusters;
     }
     for element in 0..forest.len() {
@@ -68,11 +56,10 @@ pub(super) fn even_light(subject: &Subject<'_>) -> Light {
     let mut intensity = vec![CosineLobes::default(); hierarchy.nodes.len()];
     for (index, node) in hierarchy.nodes.iter().enumerate().rev() {
         if node.is_leaf() {
-            let normal = hierarchy.facets[node.first as usize].plane.normal.as_vec3();
             for side in forest.sides_of(node.first) {
                 let root = forest.first_element[side] as usize;
                 let power = exitance[root] * forest.area[root];
-                intensity[index].add(if forest.side(side).back { -normal } else { normal }, power / PI);
+                intensity[index].add(hierarchy.side_normal(forest.side(side)).as_vec3(), power / PI);
             }
         } else {
             for child in node.children(index as u32) {
@@ -96,26 +83,4 @@ fn typical_irradiance(subject: &Subject<'_>) -> f32 {
         }
     }
     if power > 0.0 { (logarithms / power).exp() as f32 } else { 0.0 }
-}
-
-/// For each cluster, the area that its surfaces turn towards each direction, local units.
-pub(super) fn faces(subject: &Subject<'_>) -> Vec<CosineLobes> {
-    let hierarchy = subject.hierarchy;
-    let mut faces = vec![CosineLobes::default(); hierarchy.nodes.len()];
-    for (index, node) in hierarchy.nodes.iter().enumerate().rev() {
-        if node.is_leaf() {
-            let normal = hierarchy.facets[node.first as usize].plane.normal.as_vec3();
-            let area = Vec3::splat(node.area);
-            faces[index].add(normal, area);
-            if hierarchy.sides() == 2 {
-                faces[index].add(-normal, area);
-            }
-        } else {
-            for child in node.children(index as u32) {
-                let below = faces[child as usize];
-                faces[index].merge(&below);
-            }
-        }
-    }
-    faces
 }

@@ -6,10 +6,11 @@ use super::subject::{Lottery, Subject, fraction};
 use crate::math::{CosineLobes, PairSequence, hash_pair};
 use crate::radiosity::{Light, Link, LinkClass, direction};
 use crate::tracer::{Candidates, FilterAudit, NO_FACET, PACKET, Segment};
+use glam::Vec3;
 use rayon::prelude::*;
 
 /// Elements whose rows are compared with rays.
-const ROWS: u32 = 512;
+const ROWS: u32 = 4096;
 
 /// Rays over the hemisphere of each.
 const RAYS: u32 = 256;
@@ -62,7 +63,7 @@ pub(super) fn rows(subject: &Subject<'_>) -> Vec<Row> {
 
 fn covered_by_links(subject: &Subject<'_>, element: u32, even: &Light) -> f64 {
     let (hierarchy, forest) = (subject.hierarchy, &subject.solution.forest);
-    let (mut sum, mut lobes) = (0.0, CosineLobes::default());
+    let (mut sum, mut lobes) = (0.0, CosineLobes::<Vec3>::default());
     for receiver in subject.lineage(subject.node(element)) {
         for link in subject.solution.links.of(receiver) {
             let mut link = *link;

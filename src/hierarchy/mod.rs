@@ -49,6 +49,8 @@ pub struct Hierarchy {
     pub one_sided: bool,
     /// First node of each facet's leaf.
     leaf_of_facet: Vec<u32>,
+    /// The cluster that each node is a child of; the root names itself.
+    parents: Vec<u32>,
 }
 
 impl Hierarchy {
@@ -87,10 +89,13 @@ impl Hierarchy {
             sorted.push(Facet::new(facet, corners.len() as u32, &mesh.positions));
             corners.extend_from_slice(&facet.corners);
         }
-        let mut leaf_of_facet = vec![0; sorted.len()];
-        for (index, node) in nodes.iter().enumerate() {
-            if node.is_leaf() {
-                leaf_of_facet[node.first as usize] = index as u32;
+        let (mut leaf_of_facet, mut parents) = (vec![0; sorted.len()], vec![0; nodes.len()]);
+        for (index, node) in (0..).zip(&nodes) {
+            match node.kind(index) {
+                NodeKind::Leaf(facet) => leaf_of_facet[facet as usize] = index,
+                NodeKind::Cluster(children) => {
+                    children.into_iter().for_each(|child| parents[child as usize] = index);
+                }
             }
         }
         let mut hierarchy = Hierarchy {
@@ -104,6 +109,7 @@ impl Hierarchy {
             contacts: Contacts::default(),
             one_sided,
             leaf_of_facet,
+            parents,
         };
         hierarchy.measure_nodes();
         hierarchy.contacts = Contacts::of(&hierarchy, progress);
@@ -141,6 +147,16 @@ impl Hierarchy {
     /// The leaf that holds a facet.
     pub fn leaf(&self, facet: u32) -> u32 {
         self.leaf_of_facet[facet as usize]
+    }
+
+    /// The cluster that a node is a child of; `None` for the root.
+    pub fn parent(&self, node: u32) -> Option<u32> {
+        (node != 0).then(|| self.parents[node as usize])
+    }
+
+    /// A node and all clusters that hold it, upwards.
+    pub fn lineage(&self, node: u32) -> impl Iterator<Item = u32> + '_ {
+        std::iter::successors(Some(node), |&node| self.parent(node))
     }
 
     /// How many sides of each facet take part in the exchange of light: 1 or 2.

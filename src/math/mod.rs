@@ -15,4 +15,4 @@ pub use flat::{Axes, FlatPolygon, FlatRegion};
 pub use plane::Plane;
 pub use polygon::{MAX_VERTICES, Polygon, PolygonSampler};
 pub use sequence::{PairSequence, cosine_direction, hash_pair};
-pub use spherical::{CosineLobes, HemispherePart, LobeWeights};
+pub use spherical::{CosineLobes, axial_parts};

@@ -6,55 +6,61 @@
 //! (Ramamoorthi & Hanrahan, An efficient representation for irradiance environment maps, 2001).
 
 use glam::Vec3;
+use std::ops::{Add, AddAssign, Mul};
 
-/// A sum of clamped cosine lobes with colour.
+/// A sum of clamped cosine lobes, with colour or without.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct CosineLobes {
-    coefficients: [Vec3; 9],
+pub struct CosineLobes<T = Vec3> {
+    coefficients: [T; 9],
 }
 
-impl CosineLobes {
+/// What lobes are sums of.
+pub trait Amount: Copy + Default + Add<Output = Self> + AddAssign + Mul<f32, Output = Self> {
+    /// No less than nothing.
+    fn positive(self) -> Self;
+}
+
+impl Amount for f32 {
+    fn positive(self) -> f32 {
+        self.max(0.0)
+    }
+}
+
+impl Amount for Vec3 {
+    fn positive(self) -> Vec3 {
+        self.max(Vec3::ZERO)
+    }
+}
+
+impl<T: Amount> CosineLobes<T> {
     /// Adds `weight·max(0, x·direction)`; the zero direction adds the mean over all directions.
-    pub fn add(&mut self, direction: Vec3, weight: Vec3) {
+    pub fn add(&mut self, direction: Vec3, weight: T) {
         let y = basis(direction);
         for (c, y) in self.coefficients.iter_mut().zip(y) {
             *c += weight * y;
         }
     }
 
-    /// Adds `weight` for light from each direction as it counts over part of a hemisphere.
-    pub fn add_part(&mut self, part: &LobeWeights, weight: Vec3) {
-        for ((c, part), band) in self.coefficients.iter_mut().zip(part.0).zip(BANDS) {
-            *c += weight * (part / band);
-        }
-    }
-
     /// Adds another sum.
-    pub fn merge(&mut self, other: &CosineLobes) {
+    pub fn merge(&mut self, other: &CosineLobes<T>) {
         for (c, o) in self.coefficients.iter_mut().zip(&other.coefficients) {
             *c += *o;
         }
     }
 
     /// The sum at unit direction `x`, never negative.
-    pub fn evaluate(&self, x: Vec3) -> Vec3 {
-        self.evaluate_signed(x).max(Vec3::ZERO)
+    pub fn evaluate(&self, x: Vec3) -> T {
+        self.evaluate_signed(x).positive()
     }
 
     /// The sum at unit direction `x`, which may be a little negative.
-    pub fn evaluate_signed(&self, x: Vec3) -> Vec3 {
-        self.evaluate_with(&LobeWeights::toward(x))
-    }
-
-    /// The same, for many sums at one direction.
-    #[inline]
-    pub fn evaluate_with(&self, weights: &LobeWeights) -> Vec3 {
-        let terms = self.coefficients.iter().zip(weights.0);
-        terms.fold(Vec3::ZERO, |sum, (coefficient, weight)| sum + *coefficient * weight)
+    pub fn evaluate_signed(&self, x: Vec3) -> T {
+        let terms = self.coefficients.iter().zip(basis(x)).zip(BANDS);
+        terms.fold(T::default(), |sum, ((coefficient, y), band)| sum + *coefficient * (y * band))
     }
 
     /// Mean over all directions.
-    pub fn mean(&self) -> Vec3 {
+    pub fn mean(&self) -> T {
         self.coefficients[0] * (basis(Vec3::ZERO)[0] * std::f32::consts::PI)
     }
 }
@@ -66,39 +72,17 @@ const BANDS: [f32; 9] = {
     [PI, first, first, first, second, second, second, second, second]
 };
 
-/// What each coefficient counts for the light over a hemisphere, weighted by the cosine.
-#[derive(Clone, Copy, Debug)]
-pub struct LobeWeights([f32; 9]);
-
-impl LobeWeights {
-    /// About unit direction `x`.
-    pub fn toward(x: Vec3) -> LobeWeights {
-        let y = basis(x);
-        LobeWeights(std::array::from_fn(|i| y[i] * BANDS[i]))
+/// A direction as its parts along the axes: `[x, y, z]` from above 0, then from below; the zero direction as the mean
+/// over all directions.
+///
+/// Light from `d` falls on a surface with normal `n` about as the sum of the products of their parts says: where either
+/// lies along an axis, or both in one octant, that is `max(0, n·d)`, else more; never less than nothing.
+pub fn axial_parts(direction: Vec3) -> [f32; 6] {
+    if direction == Vec3::ZERO {
+        return [0.25; 6];
     }
-}
-
-/// The part of a hemisphere in which some of its rays lie: up to the first order by where they go, beyond it by their
-/// number.
-#[derive(Clone, Copy, Debug)]
-pub struct HemispherePart([f32; 4]);
-
-impl HemispherePart {
-    /// The part of `rays`, unit directions, out of `count` that are spread by the cosine.
-    pub fn of(rays: impl Iterator<Item = Vec3>, count: usize) -> HemispherePart {
-        let mut part = [0.0; 4];
-        for ray in rays {
-            let y = basis(ray);
-            part.iter_mut().zip(y).for_each(|(sum, y)| *sum += y * BANDS[0] / count as f32);
-        }
-        HemispherePart(part)
-    }
-
-    /// What each coefficient counts in this part of the hemisphere that has `whole`.
-    pub fn weights(&self, whole: &LobeWeights) -> LobeWeights {
-        let share = self.0[0] / whole.0[0];
-        LobeWeights(std::array::from_fn(|i| if i < 4 { self.0[i] } else { share * whole.0[i] }))
-    }
+    let (above, below) = (direction.max(Vec3::ZERO), (-direction).max(Vec3::ZERO));
+    [above.x, above.y, above.z, below.x, below.y, below.z]
 }
 
 /// The nine real spherical harmonics up to second order; only the first is not zero at the origin.
@@ -135,34 +119,18 @@ mod tests {
         }
     }
 
-    /// All rays together are the hemisphere, and light from where rays go counts for more than from elsewhere.
     #[test]
-    fn parts_of_a_hemisphere_add_up_to_it() {
-        let x = Vec3::new(0.3, -0.5, 0.8).normalize();
-        let (u, v) = x.any_orthonormal_pair();
-        let rays: Vec<Vec3> = (0..64)
-            .map(|i| ((i / 8) as f32 + 0.5, (i % 8) as f32 * std::f32::consts::TAU / 8.0))
-            .map(|(ring, turn)| (ring / 8.0, turn.sin_cos()))
-            .map(|(t, (sin, cos))| (u * cos + v * sin) * t.sqrt() + x * (1.0 - t).sqrt())
-            .collect();
-        let whole = LobeWeights::toward(x);
-        let all = HemispherePart::of(rays.iter().copied(), rays.len()).weights(&whole);
-        for (sum, whole) in all.0.iter().zip(whole.0) {
-            assert!((sum - whole).abs() < 0.01, "{all:?} for {whole:?}");
+    fn parts_along_axes_are_the_cosine_where_one_direction_is_an_axis() {
+        let light =
+            |n: Vec3, d: Vec3| -> f32 { axial_parts(n).iter().zip(axial_parts(d)).map(|(n, d)| n * d).sum() };
+        let direction = Vec3::new(0.3, -0.5, 0.8).normalize();
+        for axis in [Vec3::X, Vec3::Y, Vec3::Z].into_iter().flat_map(|axis| [axis, -axis]) {
+            assert_eq!(light(axis, direction), axis.dot(direction).max(0.0));
+            assert_eq!(light(axis, Vec3::ZERO), 0.25);
         }
-        let left = |ray: &&Vec3| ray.dot(u) > 0.0;
-        let half = HemispherePart::of(rays.iter().filter(left).copied(), rays.len()).weights(&whole);
-        let light = |from: Vec3| {
-            let mut lobes = CosineLobes::default();
-            lobes.add(from, Vec3::ONE);
-            lobes.evaluate_with(&half).x
-        };
-        let lit = [x + u, x - u].map(|from| light(from.normalize()));
-        assert!(lit[0] > 1.5 * lit[1], "{lit:?}");
-        let mut areas = CosineLobes::default();
-        areas.add_part(&half, Vec3::ONE);
-        let from = Vec3::new(0.6, 0.0, 0.8);
-        assert!((areas.evaluate_signed(from).x - light(from)).abs() < 1e-5);
+        let same_octant = Vec3::new(0.7, -0.1, 0.2).normalize();
+        assert!((light(direction, same_octant) - direction.dot(same_octant)).abs() < 1e-6);
+        assert_eq!(light(direction, -same_octant), 0.0);
     }
 
     #[test]

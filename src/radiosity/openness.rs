@@ -1,10 +1,14 @@
 //! How open surfaces lie in the clusters that hold them: of light that comes to a cluster from outside and is partly
-//! kept off, by whatever, those get more that nothing in the cluster shades, and those that it hides get none.
+//! kept off, by whatever, those sides get more that nothing in the cluster shades, and those that it hides get none.
+//!
+//! Shares are never negative and do not depend on the light: handing it on is linear and positive, so that the bound of
+//! [`super::transport`] holds.
 
 use super::forest::Forest;
-use super::links::{Link, LinkClass};
+use super::links::{Link, LinkClass, LinkSet};
+use super::transport::{Light, direction};
 use crate::hierarchy::Hierarchy;
-use crate::math::{CosineLobes, HemispherePart, LobeWeights, PairSequence, cosine_direction};
+use crate::math::{CosineLobes, PairSequence, axial_parts, cosine_direction};
 use crate::progress::Progress;
 use crate::tracer::{Departure, PACKET, Ray, Tracer, departing_hits};
 use glam::Vec3;
@@ -16,26 +20,32 @@ const RAYS: usize = PACKET;
 /// Where less than one part in this many of a cluster lies open, it does not receive more than that many times as much.
 const MOST: f32 = 8.0;
 
-/// No node.
-const NONE: u32 = u32::MAX;
-
 /// Rays of one side that end in one cluster.
 #[derive(Clone, Copy, Debug)]
 struct Kept {
     /// The smallest cluster that holds both ends of the rays.
     node: u32,
-    /// Where they go.
-    part: HemispherePart,
+    /// Their share of all rays of the side.
+    share: f32,
+}
+
+/// How the sides in one cluster lie.
+#[derive(Clone, Copy, Debug, Default)]
+struct Inside {
+    /// Area that its sides turn towards each direction, local units.
+    area: CosineLobes<f32>,
+    /// As much of it as lies open, along each axis.
+    open: [f32; 6],
 }
 
 /// What rays from all sides met.
 #[derive(Clone, Debug, Default)]
 pub struct Openness {
-    /// First of the `kept` of each side, with their number at the end; empty when nothing is known.
+    /// First of the `kept` of each side, with their number at the end.
     first: Vec<u32>,
     kept: Vec<Kept>,
-    /// For each cluster the area that its sides turn towards each direction (x), and as much of it as lies open (y).
-    areas: Vec<CosineLobes>,
+    /// By cluster.
+    inside: Vec<Inside>,
 }
 
 /// Light that comes to a cluster over its links.
@@ -43,12 +53,12 @@ pub struct Openness {
 pub struct Arriving {
     /// Falls on all sides alike that face it.
     even: CosineLobes,
-    /// Falls on sides as they lie open.
-    uneven: CosineLobes,
+    /// Falls on sides as they lie open, along each axis.
+    uneven: [Vec3; 6],
 }
 
 impl Openness {
-    /// Nothing is known: light falls on all sides alike.
+    /// Nothing is known, and no light on its way.
     pub(super) fn unknown() -> Openness {
         Openness::default()
     }
@@ -60,102 +70,140 @@ impl Openness {
         tracer: &dyn Tracer,
         progress: &dyn Progress,
     ) -> Openness {
-        let mut parents = vec![NONE; hierarchy.nodes.len()];
-        for (index, node) in hierarchy.nodes.iter().enumerate().filter(|(_, node)| !node.is_leaf()) {
-            node.children(index as u32).into_iter().for_each(|child| parents[child as usize] = index as u32);
-        }
         progress.start("openness", forest.side_count() as u64);
         let kept: Vec<Box<[Kept]>> = (0..forest.side_count())
             .into_par_iter()
             .with_min_len(64)
             .map(|side| {
                 progress.advance(1);
-                kept_of(hierarchy, forest, tracer, &parents, side)
+                kept_of(hierarchy, forest, tracer, side)
             })
             .collect();
         progress.finish();
         let mut openness = Openness { first: vec![0], ..Openness::default() };
-        openness.areas = vec![CosineLobes::default(); hierarchy.nodes.len()];
+        openness.inside = vec![Inside::default(); hierarchy.nodes.len()];
         for (index, kept) in kept.into_iter().enumerate() {
             let side = forest.side(index);
             let leaf = hierarchy.leaf(side.facet) as usize;
             let area = hierarchy.nodes[leaf].area;
-            let whole = LobeWeights::toward(hierarchy.side_normal(side).as_vec3());
-            openness.areas[leaf].add_part(&whole, Vec3::new(area, area, 0.0));
-            for Kept { node, part } in &kept {
-                openness.areas[*node as usize].add_part(&part.weights(&whole), Vec3::new(0.0, -area, 0.0));
+            let normal = hierarchy.side_normal(side).as_vec3();
+            openness.inside[leaf].area.add(normal, area);
+            for (axis, part) in axial_parts(normal).into_iter().enumerate() {
+                openness.inside[leaf].open[axis] += area * part;
+                for Kept { node, share } in &kept {
+                    openness.inside[*node as usize].open[axis] -= area * part * share;
+                }
             }
             openness.kept.extend(kept);
             openness.first.push(openness.kept.len() as u32);
         }
-        for (index, &parent) in parents.iter().enumerate().skip(1).rev() {
-            let own = openness.areas[index];
-            openness.areas[parent as usize].merge(&own);
+        for (index, node) in hierarchy.nodes.iter().enumerate().rev().filter(|(_, node)| !node.is_leaf()) {
+            for child in node.children(index as u32) {
+                let Inside { area, open } = openness.inside[child as usize];
+                openness.inside[index].area.merge(&area);
+                openness.inside[index].open.iter_mut().zip(open).for_each(|(sum, open)| *sum += open);
+            }
         }
         openness
     }
 
-    /// Bytes of all of it.
+    /// Bytes of all of it, and of the light that is on its way.
     pub(super) fn bytes(&self) -> u64 {
-        (size_of_val(&self.first[..]) + size_of_val(&self.kept[..]) + size_of_val(&self.areas[..])) as u64
+        let cluster = size_of::<Inside>() + size_of::<Arriving>();
+        (size_of_val(&self.first[..]) + size_of_val(&self.kept[..]) + self.inside.len() * cluster) as u64
+    }
+
+    /// The area that the sides in each cluster turn towards each direction, local units.
+    pub fn area(&self, cluster: u32) -> &CosineLobes<f32> {
+        &self.inside[cluster as usize].area
+    }
+
+    /// What comes to each cluster and to those above it over `links`.
+    pub fn arriving(
+        &self,
+        hierarchy: &Hierarchy,
+        forest: &Forest,
+        links: &LinkSet,
+        light: &Light,
+    ) -> Vec<Arriving> {
+        let mut arriving: Vec<Arriving> = (0..hierarchy.nodes.len() as u32)
+            .into_par_iter()
+            .with_min_len(256)
+            .map(|node| {
+                let mut arriving = Arriving::default();
+                for link in links.of(node) {
+                    let carried = light.carried(hierarchy, forest, link);
+                    self.add(&mut arriving, link, direction(hierarchy, forest, link), carried);
+                }
+                arriving
+            })
+            .collect();
+        for (index, node) in hierarchy.nodes.iter().enumerate().filter(|(_, node)| !node.is_leaf()) {
+            let from_above = arriving[index];
+            node.children(index as u32)
+                .into_iter()
+                .for_each(|child| arriving[child as usize].merge(&from_above));
+        }
+        arriving
     }
 
     /// Adds what one link of a cluster brings, across the `direction` it comes from, to what arrives there.
-    pub fn add(&self, arriving: &mut Arriving, link: &Link, direction: Vec3, carried: Vec3) {
+    fn add(&self, arriving: &mut Arriving, link: &Link, direction: Vec3, carried: Vec3) {
         // What rays did not find kept off is not shaded, and light of its own comes from everywhere in the cluster.
-        if link.class != LinkClass::Partial || link.source == link.receiver || self.areas.is_empty() {
+        if link.class != LinkClass::Partial || link.source == link.receiver {
             arriving.even.add(direction, carried);
             return;
         }
-        let lobes = &self.areas[link.receiver as usize];
-        let areas = if direction == Vec3::ZERO { lobes.mean() } else { lobes.evaluate(direction) };
-        let gain = if areas.y * MOST > areas.x { areas.x / areas.y } else { MOST };
-        arriving.uneven.add(direction, carried * gain);
+        let Inside { area, open } = &self.inside[link.receiver as usize];
+        let facing = if direction == Vec3::ZERO { area.mean() } else { area.evaluate(direction) };
+        let parts = axial_parts(direction);
+        let open: f32 = open.iter().zip(parts).map(|(open, part)| open * part).sum();
+        let gain = if open * MOST > facing { facing / open } else { MOST };
+        arriving.uneven.iter_mut().zip(parts).for_each(|(sum, part)| *sum += carried * (gain * part));
     }
 
     /// What falls on a side from all clusters it lies in; `arriving` is what came to each and to those above it.
     pub fn irradiance(
         &self,
         hierarchy: &Hierarchy,
-        side: usize,
         forest: &Forest,
+        side: usize,
         arriving: &[Arriving],
     ) -> Vec3 {
         let named = forest.side(side);
-        let weights = LobeWeights::toward(hierarchy.side_normal(named).as_vec3());
+        let normal = hierarchy.side_normal(named).as_vec3();
         let all = &arriving[hierarchy.leaf(named.facet) as usize];
-        let mut uneven = all.uneven.evaluate_with(&weights);
-        if let Some([first, end, ..]) = self.first.get(side..) {
-            for kept in &self.kept[*first as usize..*end as usize] {
-                uneven -= arriving[kept.node as usize].uneven.evaluate_with(&kept.part.weights(&weights));
-            }
+        let mut uneven = all.uneven_on(normal);
+        for kept in self.kept_of(side) {
+            uneven -= arriving[kept.node as usize].uneven_on(normal) * kept.share;
         }
-        all.even.evaluate_with(&weights).max(Vec3::ZERO) + uneven.max(Vec3::ZERO)
+        // Less than nothing is rounding here.
+        all.even.evaluate(normal) + uneven.max(Vec3::ZERO)
+    }
+
+    fn kept_of(&self, side: usize) -> &[Kept] {
+        match self.first.get(side..) {
+            Some([first, end, ..]) => &self.kept[*first as usize..*end as usize],
+            _ => &[],
+        }
     }
 }
 
 impl Arriving {
-    /// Adds to what came to each cluster what came to those above it.
-    pub fn hand_down(hierarchy: &Hierarchy, arriving: &mut [Arriving]) {
-        for (index, node) in hierarchy.nodes.iter().enumerate().filter(|(_, node)| !node.is_leaf()) {
-            let from_above = arriving[index];
-            for child in node.children(index as u32) {
-                arriving[child as usize].even.merge(&from_above.even);
-                arriving[child as usize].uneven.merge(&from_above.uneven);
-            }
-        }
+    /// Adds what came to the cluster above.
+    fn merge(&mut self, above: &Arriving) {
+        self.even.merge(&above.even);
+        self.uneven.iter_mut().zip(above.uneven).for_each(|(sum, above)| *sum += above);
+    }
+
+    /// Light that falls on sides as they lie open, on one that does so wholly.
+    fn uneven_on(&self, normal: Vec3) -> Vec3 {
+        self.uneven.iter().zip(axial_parts(normal)).fold(Vec3::ZERO, |sum, (light, part)| sum + *light * part)
     }
 }
 
-/// Where the rays of one side end, by the smallest clusters that hold both ends, but the whole scene: all light is
-/// from inside of it.
-fn kept_of(
-    hierarchy: &Hierarchy,
-    forest: &Forest,
-    tracer: &dyn Tracer,
-    parents: &[u32],
-    side: usize,
-) -> Box<[Kept]> {
+/// Where the rays of one side end, by the smallest clusters that hold both ends.
+fn kept_of(hierarchy: &Hierarchy, forest: &Forest, tracer: &dyn Tracer, side: usize) -> Box<[Kept]> {
     let sequence = PairSequence::new(0);
     let piece = forest.root(hierarchy, side);
     let (normal, facet) = (piece.plane.normal, piece.side.facet);
@@ -172,24 +220,20 @@ fn kept_of(
         let node = &hierarchy.nodes[node as usize];
         (node.first..node.end).contains(&facet)
     };
-    let parent = |node: &u32| Some(parents[*node as usize]).filter(|&parent| parent != NONE);
-    let mut ends: [(u32, Vec3); RAYS] = std::array::from_fn(|i| {
-        let mut lineage = std::iter::successors(Some(hierarchy.leaf(facet)), parent);
-        let node = hits[i].and_then(|hit| lineage.find(|&node| holds(node, hit.facet))).unwrap_or(0);
-        (node, departures[i].direction)
-    });
-    ends.sort_by_key(|(node, _)| *node);
-    let runs = ends.chunk_by(|(a, _), (b, _)| a == b).filter(|run| run[0].0 != 0);
-    runs.map(|run| {
-        let directions = run.iter().map(|(_, direction)| *direction);
-        Kept { node: run[0].0, part: HemispherePart::of(directions, RAYS) }
-    })
-    .collect()
+    let mut ends: Vec<u32> = hits
+        .iter()
+        .flatten()
+        .filter_map(|hit| {
+            hierarchy.lineage(hierarchy.leaf(facet)).skip(1).find(|&node| holds(node, hit.facet))
+        })
+        .collect();
+    ends.sort_unstable();
+    let kept = |run: &[u32]| Kept { node: run[0], share: run.len() as f32 / RAYS as f32 };
+    ends.chunk_by(|a, b| a == b).map(kept).collect()
 }
 
 /// Where ray `index` goes, for [`cosine_direction`]: in pairs that mirror each other at the normal, one pair in each
-/// ring of equal weight at its mean cosine, so that all of them together weigh light from anywhere as the cosine does,
-/// up to the first order.
+/// ring of equal weight at its mean cosine.
 fn direction_of(index: usize) -> [f64; 2] {
     let (pair, is_second) = (index / 2, index % 2 == 1);
     let pairs = (RAYS / 2) as f64;

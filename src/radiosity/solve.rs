@@ -166,7 +166,7 @@ pub fn solve(
     // A single facet has nothing to exchange light with.
     let first = if hierarchy.nodes[0].is_leaf() { Vec::new() } else { vec![SELF_LINK] };
     let mut links = LinkSet::new(first, hierarchy.nodes.len() + forest.len());
-    let mut openness = Openness::found(hierarchy, &forest, tracer, progress);
+    let openness = Openness::found(hierarchy, &forest, tracer, progress);
     let mut strays = Strays::none(forest.len());
     let mut damping = Damping::none(forest.len());
     let mut counters = RefineCounters::default();
@@ -238,13 +238,6 @@ pub fn solve(
         approach.step(error, progress);
         light = next;
         iterations += 1;
-        if sent_power(&forest, &light) > MOST_SENT * emitted.element_sum() {
-            // The share of light that lies open in clusters is only nearly a positive operator: without it none grows.
-            openness = Openness::unknown();
-            damping = Damping::new(hierarchy, &forest, &links, &openness, &strays, Damping::MANY);
-            light = Light::emitted(hierarchy, &forest, &materials);
-            approach.shown = None;
-        }
         since_settled += u32::from(settled);
         if !settled {
             wall_area = flight(hierarchy, &forest, &light, tracer).wall_area;
@@ -423,15 +416,6 @@ const STRAY_RAYS: u32 = 16;
 
 /// No element gets smaller than this, local length: a few hundred roundings.
 const MIN_LOCAL_SIZE: f64 = 5e-5;
-
-/// No reflectance is above 0.98, so no more than 50 times the emitted power can be on its way.
-const MOST_SENT: f64 = 64.0;
-
-/// Power that all surfaces send out, summed over channels, local areas.
-fn sent_power(forest: &Forest, light: &Light) -> f64 {
-    let leaves = (0..forest.len()).filter(|&e| forest.second[e] == 0);
-    leaves.map(|e| (light.exitance[e].element_sum() * forest.area[e]) as f64).sum()
-}
 
 /// Power whose place or amount changed between two iterations, summed over channels, local areas.
 fn changed_power(forest: &Forest, before: &Light, after: &Light) -> f64 {

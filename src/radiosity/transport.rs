@@ -41,8 +41,7 @@ pub struct Light {
 /// sends out 1, and the light is followed for some bounces. With x the sum of them all and K one bounce,
 /// K x ≤ λ x holds nearly everywhere; where it does not, the element takes so much less that it does. Then no
 /// light grows, since the spectral radius of a positive operator is no larger than such a λ
-/// (Collatz and Wielandt). What clusters hand on by how open their sides lie is not quite such an operator, since less
-/// than nothing is cut off; that is little.
+/// (Collatz and Wielandt).
 #[derive(Clone, Debug)]
 pub(super) struct Damping(Vec<f32>);
 
@@ -138,7 +137,7 @@ impl Light {
         };
         let (damping, strays) = (Damping::none(forest.len()), Strays::none(forest.len()));
         let receiving = Receiving { damping: &damping, openness: &Openness::unknown(), strays: &strays };
-        light.push_pull(hierarchy, forest, surface, receiving, &elements, dark);
+        light.push_pull(hierarchy, forest, surface, receiving, &elements, &dark);
         light
     }
 
@@ -182,25 +181,14 @@ impl Light {
                     .fold(Vec3::ZERO, |sum, link| sum + self.carried(hierarchy, forest, link))
             })
             .collect();
-        let arriving: Vec<Arriving> = (0..clusters)
-            .into_par_iter()
-            .with_min_len(256)
-            .map(|node| {
-                let mut arriving = Arriving::default();
-                for link in links.of(node) {
-                    let carried = self.carried(hierarchy, forest, link);
-                    receiving.openness.add(&mut arriving, link, direction(hierarchy, forest, link), carried);
-                }
-                arriving
-            })
-            .collect();
+        let arriving = receiving.openness.arriving(hierarchy, forest, links, self);
         let mut next = Light {
             exitance: vec![Vec3::ZERO; forest.len()],
             irradiance: vec![Vec3::ZERO; forest.len()],
             variation: vec![0.0; forest.len()],
             ..Light::default()
         };
-        next.push_pull(hierarchy, forest, surface, receiving, &gathered, arriving);
+        next.push_pull(hierarchy, forest, surface, receiving, &gathered, &arriving);
         next
     }
 
@@ -235,7 +223,7 @@ impl Light {
 
     /// Sends gathered light down to the leaves and the new exitance up again.
     ///
-    /// `gathered` is irradiance by element, `arriving` what each cluster received.
+    /// `gathered` is irradiance by element, `arriving` what each cluster and those above it received.
     fn push_pull(
         &mut self,
         hierarchy: &Hierarchy,
@@ -243,10 +231,9 @@ impl Light {
         surface: &dyn Surface,
         receiving: Receiving<'_>,
         gathered: &[Vec3],
-        mut arriving: Vec<Arriving>,
+        arriving: &[Arriving],
     ) {
-        Arriving::hand_down(hierarchy, &mut arriving);
-        self.push_pull_elements(hierarchy, forest, surface, receiving, gathered, &arriving);
+        self.push_pull_elements(hierarchy, forest, surface, receiving, gathered, arriving);
         self.pull_clusters(hierarchy, forest);
     }
 
@@ -275,7 +262,7 @@ impl Light {
             let offset = forest.first_element[sides.start] as usize;
             let mut block = Block { forest, gathered, receiving, offset, exitance, irradiance, variation };
             for index in sides {
-                let from_clusters = receiving.openness.irradiance(hierarchy, index, forest, arriving);
+                let from_clusters = receiving.openness.irradiance(hierarchy, forest, index, arriving);
                 block.push_pull(forest.first_element[index], from_clusters, surface.of(index));
             }
         });

@@ -1,12 +1,37 @@
 //! Light that comes to a cluster falls on what lies open in it, and not on what the cluster hides.
 
 use glam::Vec3;
-use lightshaft::hierarchy::Side;
-use lightshaft::radiosity::{Arriving, Link, LinkClass, Quarters};
+use lightshaft::hierarchy::Hierarchy;
+use lightshaft::radiosity::{Link, LinkClass, LinkSet, Quarters, Solution};
 use lightshaft::visibility::Strategy;
 
 use crate::boxes::Rectangles;
 use crate::solving::{Case, rough};
+
+/// Irradiance of every side, by one link of this class from a source to a cluster.
+fn received(
+    hierarchy: &Hierarchy,
+    solution: &Solution,
+    cluster: u32,
+    source: u32,
+    class: LinkClass,
+) -> Vec<Vec3> {
+    let (forest, openness) = (&solution.forest, &solution.openness);
+    let (factor, visibility, quarters) = (1.0, 0.5, Quarters::UNIFORM);
+    let link = Link {
+        receiver: cluster,
+        source,
+        factor,
+        spread: 0.0,
+        visibility,
+        quarters,
+        class,
+        inherited: false,
+    };
+    let links = LinkSet::new(vec![link], hierarchy.nodes.len() + forest.len());
+    let arriving = openness.arriving(hierarchy, forest, &links, &solution.light);
+    (0..forest.side_count()).map(|side| openness.irradiance(hierarchy, forest, side, &arriving)).collect()
+}
 
 /// A room with a lamp, and in it a closed box: nothing from outside gets to the inside of its walls.
 #[test]
@@ -19,7 +44,7 @@ fn the_inside_of_a_closed_box_receives_nothing() {
     let case = Case::of(room.finish(), false);
     let hierarchy = &case.hierarchy;
     let solution = case.solve(&case.fallback(), &rough(Strategy::Adaptive));
-    let (forest, openness) = (&solution.forest, &solution.openness);
+    let forest = &solution.forest;
 
     // The cluster that is the box.
     let is_wood = |facet: u32| hierarchy.facets[facet as usize].material == wood;
@@ -27,43 +52,81 @@ fn the_inside_of_a_closed_box_receives_nothing() {
         node.end - node.first == 6 && (node.first..node.end).all(is_wood)
     };
     let cluster = hierarchy.nodes.iter().position(is_box).expect("the box is a cluster") as u32;
-    let mut link = Link {
-        receiver: cluster,
-        source: 0,
-        factor: 1.0,
-        spread: 0.0,
-        visibility: 0.5,
-        quarters: Quarters::UNIFORM,
-        class: LinkClass::Partial,
-        inherited: false,
-    };
-    for direction in [Vec3::Z, Vec3::X, Vec3::new(1.0, 2.0, 2.0).normalize()] {
-        let mut received = |class: LinkClass| {
-            link.class = class;
-            let mut arriving = vec![Arriving::default(); hierarchy.nodes.len()];
-            openness.add(&mut arriving[cluster as usize], &link, direction, Vec3::ONE);
-            Arriving::hand_down(hierarchy, &mut arriving);
+    // From the lamp and from every wall.
+    let nodes = hierarchy.nodes.len() as u32;
+    let is_source = |&side: &usize| !forest.side(side).back && !is_wood(forest.side(side).facet);
+    let sources: Vec<usize> = (0..forest.side_count()).filter(is_source).collect();
+    assert!(sources.len() >= 7);
+    for source in sources {
+        let power = |class: LinkClass| {
+            let source = nodes + forest.first_element[source];
+            let irradiance = received(hierarchy, &solution, cluster, source, class);
             let mut power = [0.0; 2];
-            for side in 0..forest.side_count() {
-                let named: Side = forest.side(side);
-                let irradiance = openness.irradiance(hierarchy, side, forest, &arriving).x;
+            for (side, irradiance) in irradiance.into_iter().enumerate() {
+                let named = forest.side(side);
                 if !is_wood(named.facet) {
-                    assert_eq!(irradiance, 0.0, "{named:?} is not in the cluster");
+                    assert_eq!(irradiance, Vec3::ZERO, "{named:?} is not in the cluster");
                 }
                 let area = forest.area[forest.first_element[side] as usize];
-                power[usize::from(named.back)] += area * irradiance;
+                power[usize::from(named.back)] += area * irradiance.element_sum();
             }
             power
         };
         // Seen in full, and so lit by where its sides face: half of the power on the inside.
-        let [outside, inside] = received(LinkClass::Visible);
-        assert!((inside / outside - 1.0).abs() < 1e-4 && outside > 0.0, "{direction}: {outside}, {inside}");
+        let [outside, inside] = power(LinkClass::Visible);
+        assert!((inside / outside - 1.0).abs() < 1e-4 && outside > 0.0, "{source}: {outside}, {inside}");
         let all = outside + inside;
-        let [outside, inside] = received(LinkClass::Partial);
-        println!("{direction}: of {all} outside {outside}, inside {inside}");
-        assert!(
-            (outside / all - 1.0).abs() < 0.02 && inside < 0.01 * all,
-            "{direction}: {outside}, {inside}"
+        let [outside, inside] = power(LinkClass::Partial);
+        println!("{source}: of {all} outside {outside}, inside {inside}");
+        assert!((outside / all - 1.0).abs() < 1e-4 && inside < 1e-6 * all, "{source}: {outside}, {inside}");
+    }
+}
+
+/// Whatever comes to whichever cluster: no side receives less than nothing, all together not more than if nothing in the
+/// cluster were shaded, and light from two sources as much as from each. So light cannot grow in clusters.
+#[test]
+fn light_is_shared_out_without_making_any() {
+    let mut room = Rectangles::new("things in a room");
+    let (grey, lamp, wood) = (room.material(0.5, 0.0), room.material(0.0, 5.0), room.material(0.5, 0.0));
+    room.closed_box([0.0; 3], [4.0, 4.0, 4.0], true, grey);
+    room.quad([[1.5, 1.5, 3.9], [1.5, 2.5, 3.9], [2.5, 2.5, 3.9], [2.5, 1.5, 3.9]], lamp);
+    for i in 0..12 {
+        // Some askew, some in others.
+        let (x, y) = (0.3 + 0.3 * f64::from(i), 0.5 + 0.25 * f64::from(i * 5 % 12));
+        let slope = 0.04 * f64::from(i % 3);
+        room.closed_box([x, y, 0.4], [x + 0.25, y + 0.3, 0.9 + 0.1 * f64::from(i % 4)], false, wood);
+        room.quad(
+            [
+                [x, y, 1.5],
+                [x + 0.4, y, 1.5 + slope],
+                [x + 0.4, y + 0.4, 1.5 + 2.0 * slope],
+                [x, y + 0.4, 1.5 + slope],
+            ],
+            wood,
         );
     }
+    let case = Case::of(room.finish(), false);
+    let hierarchy = &case.hierarchy;
+    let solution = case.solve(&case.fallback(), &rough(Strategy::Adaptive));
+    let forest = &solution.forest;
+    let nodes = hierarchy.nodes.len() as u32;
+    let power = |irradiance: &[Vec3]| -> f32 {
+        let areas = (0..irradiance.len()).map(|side| forest.area[forest.first_element[side] as usize]);
+        irradiance.iter().zip(areas).map(|(irradiance, area)| irradiance.element_sum() * area).sum()
+    };
+    let clusters: Vec<u32> = (1..nodes).filter(|&node| !hierarchy.nodes[node as usize].is_leaf()).collect();
+    let sources: Vec<u32> = (0..forest.side_count())
+        .filter(|&side| !forest.side(side).back)
+        .map(|side| nodes + forest.first_element[side])
+        .collect();
+    for (index, &cluster) in clusters.iter().enumerate() {
+        for &source in sources.iter().skip(index % 3).step_by(3) {
+            let even = power(&received(hierarchy, &solution, cluster, source, LinkClass::Visible));
+            let uneven = received(hierarchy, &solution, cluster, source, LinkClass::Partial);
+            assert!(uneven.iter().all(|irradiance| irradiance.min_element() >= 0.0), "{cluster} {source}");
+            let uneven = power(&uneven);
+            assert!(uneven <= even * 1.01, "{cluster} {source}: {uneven} of {even}");
+        }
+    }
+    assert!(clusters.len() > 30);
 }
