@@ -65,12 +65,7 @@ fn on_facet(hierarchy: &Hierarchy, facet: u32) -> Vec<Contact> {
     let mut stack = vec![0u32];
     while let Some(index) = stack.pop() {
         let node = &hierarchy.nodes[index as usize];
-        let (low, high) = plane.distance_range(&node.bounds);
-        if 2.0 * node.bounds.radius() < SHORTEST
-            || !node.bounds.overlaps(bounds, TOLERANCE as f32)
-            || low > TOLERANCE
-            || high < -TOLERANCE
-        {
+        if 2.0 * node.bounds.radius() < SHORTEST || !node.touches(bounds, &plane) {
             continue;
         }
         match node.kind(index) {

@@ -130,11 +130,7 @@ impl Surfaces<'_> {
         let mut stack = vec![0u32];
         while let Some(index) = stack.pop() {
             let node = &nodes[index as usize];
-            if !node.bounds.overlaps(bounds, TOLERANCE as f32) {
-                continue;
-            }
-            let (low, high) = plane.distance_range(&node.bounds);
-            if low > TOLERANCE || high < -TOLERANCE {
+            if !node.touches(bounds, plane) {
                 continue;
             }
             match node.kind(index) {

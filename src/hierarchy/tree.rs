@@ -1,6 +1,7 @@
 //! The tree above the facets, in depth-first order.
 
-use crate::math::Aabb;
+use super::TOLERANCE;
+use crate::math::{Aabb, Plane};
 use glam::Vec3;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
@@ -49,6 +50,12 @@ impl Node {
     #[inline]
     pub fn kind(&self, index: u32) -> NodeKind {
         if self.is_leaf() { NodeKind::Leaf(self.first) } else { NodeKind::Cluster([index + 1, self.second]) }
+    }
+
+    /// Whether its box touches both other bounds and a plane.
+    pub fn touches(&self, bounds: Aabb, plane: &Plane) -> bool {
+        let (low, high) = plane.distance_range(&self.bounds);
+        self.bounds.overlaps(bounds, TOLERANCE as f32) && low <= TOLERANCE && high >= -TOLERANCE
     }
 }
 

@@ -40,11 +40,7 @@ pub fn blocks_together(hierarchy: &Hierarchy, facet: u32, receiver: &[DVec3], so
             return false;
         }
         let node = &hierarchy.nodes[index as usize];
-        if node.bounds.radius() < least_radius || !node.bounds.overlaps(bounds, TOLERANCE as f32) {
-            continue;
-        }
-        let (low, high) = plane.distance_range(&node.bounds);
-        if low > TOLERANCE || high < -TOLERANCE {
+        if node.bounds.radius() < least_radius || !node.touches(bounds, plane) {
             continue;
         }
         match node.kind(index) {
