@@ -68,7 +68,8 @@ pub(super) fn even_light(subject: &Subject<'_>) -> Light {
             }
         }
     }
-    Light { exitance, intensity, variation: vec![0.0; forest.len()], ..Light::default() }
+    let brightest = exitance.iter().map(|exitance| exitance.max_element()).collect();
+    Light { exitance, intensity, variation: vec![0.0; forest.len()], brightest, ..Light::default() }
 }
 
 /// Geometric mean of the irradiance of leaf elements, weighted by the power it brings; 0 when all is dark.

@@ -5,7 +5,7 @@ use super::factors;
 use super::finding::Finding;
 use super::flights::RAYS;
 use super::light::{self, Balance};
-use super::limits::{Limits, PROOF, RECIPROCITY, REFLECTION, RESIDUAL, UNOBSTRUCTED, UNSETTLED};
+use super::limits::{Limits, PROOF, RECIPROCITY, REFLECTION, RESIDUAL, UNBALANCED, UNOBSTRUCTED, UNSETTLED};
 use super::rows::{self, Row};
 use super::subject::Subject;
 use crate::radiosity::Link;
@@ -87,6 +87,7 @@ pub(super) fn factors(subject: &Subject<'_>, balance: &Balance, limits: &Limits)
         .at(described(power.worst)),
         Finding::share(FACTORS, "reciprocity, mean difference", reverse.mean(), RECIPROCITY)
             .of(reverse.count)
+            .unless_rough(limits)
             .at(described(reverse.worst)),
     ]
 }
@@ -156,6 +157,9 @@ pub(super) fn power(subject: &Subject<'_>, balance: &Balance, limits: &Limits) -
             .of(RAYS as u64)
             .unless_rough(limits)
             .at(Some(about_balance)),
+        Finding::share(LIGHT, "emitted light lost or made", energy.balance_error(), UNBALANCED)
+            .of(count)
+            .unless_rough(limits),
         Finding::share(LIGHT, "still changing", changing, UNSETTLED).of(count),
     ]
 }

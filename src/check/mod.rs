@@ -17,7 +17,7 @@ mod rows;
 mod subject;
 
 pub use finding::{Finding, Unit, Verdict};
-pub use limits::Limits;
+pub use limits::{Limits, UNBALANCED, UNSETTLED};
 
 use crate::hierarchy::Hierarchy;
 use crate::progress::Progress;

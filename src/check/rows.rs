@@ -48,10 +48,11 @@ pub(super) fn rows(subject: &Subject<'_>) -> Vec<Row> {
     if lottery.total <= 0.0 {
         return Vec::new();
     }
-    (0..ROWS)
+    let count = ROWS.min(subject.leaves.len() as u32);
+    (0..count)
         .into_par_iter()
         .map(|index| {
-            let element = lottery.pick((index as f64 + 0.5) / ROWS as f64);
+            let element = lottery.pick((index as f64 + 0.5) / count as f64);
             Row {
                 element,
                 linked: covered_by_links(subject, element, &even),

@@ -7,9 +7,6 @@ use crate::tracer::Tracer;
 use glam::Vec3;
 use std::f32::consts::PI;
 
-/// The root has no parent.
-const NONE: u32 = u32::MAX;
-
 /// A solution with the scene it belongs to. Nodes have the ids that links use: clusters, then elements.
 pub(super) struct Subject<'a> {
     pub(super) hierarchy: &'a Hierarchy,
@@ -17,7 +14,7 @@ pub(super) struct Subject<'a> {
     pub(super) solution: &'a Solution,
     /// Elements that are not split, in the order of their ids.
     pub(super) leaves: Vec<u32>,
-    /// The node that each node is a part of.
+    /// The node that each element is a part of.
     parents: Vec<u32>,
 }
 
@@ -29,24 +26,14 @@ impl<'a> Subject<'a> {
     ) -> Subject<'a> {
         let forest = &solution.forest;
         let clusters = hierarchy.nodes.len() as u32;
-        let mut parents = vec![NONE; hierarchy.nodes.len() + forest.len()];
-        for (index, node) in hierarchy.nodes.iter().enumerate() {
-            let index = index as u32;
-            match node.kind(index) {
-                NodeKind::Leaf(facet) => {
-                    for side in forest.sides_of(facet) {
-                        parents[(clusters + forest.first_element[side]) as usize] = index;
-                    }
-                }
-                NodeKind::Cluster(children) => {
-                    children.into_iter().for_each(|child| parents[child as usize] = index);
-                }
-            }
+        let mut parents = vec![0; forest.len()];
+        for side in 0..forest.side_count() {
+            parents[forest.first_element[side] as usize] = hierarchy.leaf(forest.side(side).facet);
         }
-        for (element, &second) in (clusters..).zip(&forest.second) {
+        for (element, &second) in (0..).zip(&forest.second) {
             if second != 0 {
-                parents[element as usize + 1] = element;
-                parents[(clusters + second) as usize] = element;
+                parents[element as usize + 1] = clusters + element;
+                parents[second as usize] = clusters + element;
             }
         }
         let leaves = (0..forest.len() as u32).filter(|&e| forest.second[e as usize] == 0).collect();
@@ -65,7 +52,10 @@ impl<'a> Subject<'a> {
 
     /// A node and all nodes that it is a part of, upwards.
     pub(super) fn lineage(&self, node: u32) -> impl Iterator<Item = u32> + Clone + '_ {
-        std::iter::successors(Some(node), |&n| Some(self.parents[n as usize]).filter(|&p| p != NONE))
+        std::iter::successors(Some(node), |&node| match self.element(node) {
+            Some(element) => Some(self.parents[element as usize]),
+            None => self.hierarchy.parent(node),
+        })
     }
 
     /// The links that cover a pair of elements: those from a node that holds the source to one that

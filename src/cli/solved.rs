@@ -9,6 +9,7 @@ use super::args::{TracerArg, VisibilityArg};
 use super::config::{RunConfig, SolveConfig, check_not_read};
 use super::console;
 use super::errors::CliError;
+use crate::check::{UNBALANCED, UNSETTLED};
 use crate::hierarchy::Hierarchy;
 use crate::progress::{Progress, Silent, TerminalProgress};
 use crate::radiosity::{self, Link, LinkClass, Solution, SolveOptions};
@@ -18,12 +19,6 @@ use crate::scene::{self, Scene};
 use crate::tracer::embree::{EmbreeError, EmbreeLibrary, EmbreeOptions, EmbreeTracer};
 use crate::tracer::{FallbackTracer, Tracer};
 use crate::visibility::{Strategy, VisibilityCounters, VisibilityOptions};
-
-/// A solution is said to be unfinished when more than this share of the emitted power still changes.
-const UNSETTLED: f64 = 0.01;
-
-/// A solution is said to be out of balance when the energy balance is off by more than this.
-const UNBALANCED: f64 = 0.05;
 
 /// Runs `work` with the threads and the progress bar that the configuration asks for.
 ///

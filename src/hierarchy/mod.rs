@@ -217,6 +217,10 @@ impl Hierarchy {
                 if a.bounds.union(b.bounds) != node.bounds {
                     return Err(format!("node {index} does not bound its children"));
                 }
+                let children = node.children(index as u32);
+                if children.iter().any(|&child| self.parent(child) != Some(index as u32)) {
+                    return Err(format!("node {index} is not the parent of its children"));
+                }
             }
         }
         if seen as usize != self.facets.len() {

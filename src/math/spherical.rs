@@ -76,7 +76,7 @@ const BANDS: [f32; 9] = {
 /// over all directions.
 ///
 /// Light from `d` falls on a surface with normal `n` about as the sum of the products of their parts says: where either
-/// lies along an axis, or both in one octant, that is `max(0, n·d)`, else more; never less than nothing.
+/// lies along an axis, or both in one octant, that is `max(0, n·d)`, else up to 1/2 more; never less than nothing.
 pub fn axial_parts(direction: Vec3) -> [f32; 6] {
     if direction == Vec3::ZERO {
         return [0.25; 6];

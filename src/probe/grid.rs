@@ -109,7 +109,9 @@ pub fn grid_points(scene: &Scene, grid: &Grid, spacing: Option<f64>) -> Result<V
     let cell = |row: u32, column: u32| {
         let u = (f64::from(column) + 0.5) / f64::from(columns);
         let v = (f64::from(row) + 0.5) / f64::from(rows);
-        ProbePoint { position: a.lerp(b, u).lerp(d.lerp(c, u), v), normal }
+        // So written, a coordinate that all corners share stays exactly what it is.
+        let (start, end) = (a + (b - a) * u, d + (c - d) * u);
+        ProbePoint { position: start + (end - start) * v, normal }
     };
     Ok((0..rows).flat_map(|row| (0..columns).map(move |column| cell(row, column))).collect())
 }

@@ -1,8 +1,8 @@
 //! How open surfaces lie in the clusters that hold them: of light that comes to a cluster from outside and is partly
 //! kept off, by whatever, those sides get more that nothing in the cluster shades, and those that it hides get none.
 //!
-//! Shares are never negative and do not depend on the light: handing it on is linear and positive, so that the bound of
-//! [`super::transport`] holds.
+//! Shares are never negative and do not depend on the light. What comes to a cluster of which next to nothing lies open
+//! is lost in part ([`MOST`]).
 
 use super::forest::Forest;
 use super::links::{Link, LinkClass, LinkSet};

@@ -145,7 +145,7 @@ impl Solution {
     /// Bytes of elements and clusters.
     pub fn elements_bytes(&self) -> u64 {
         let element =
-            size_of::<crate::hierarchy::ElementTree>() + size_of::<Vec3>() * 3 + size_of::<f32>() * 5;
+            size_of::<crate::hierarchy::ElementTree>() + size_of::<Vec3>() * 3 + size_of::<f32>() * 6;
         let cluster = size_of::<crate::math::CosineLobes>() + 3 * size_of::<f32>();
         (self.forest.len() * element + self.light.power.len() * cluster) as u64 + self.openness.bytes()
     }
@@ -185,23 +185,26 @@ pub fn solve(
     while iterations < options.iterations.max(1)
         && !(since_settled > LOOKED_FOR_STRAYS[0] && approach.has_arrived())
     {
-        if weighs_again && WEIGHED_AGAIN.contains(&since_settled) {
-            let start = Instant::now();
+        let weighed = weighs_again && WEIGHED_AGAIN.contains(&since_settled);
+        let looked_for_strays = weighs_again && LOOKED_FOR_STRAYS.contains(&since_settled);
+        let start = Instant::now();
+        if weighed {
             approach.shown = None;
             progress.start("weigh", links.links.len() as u64);
             let refiner = Refiner { hierarchy, forest: &forest, light: &light, tester: &tester, thresholds };
             counters += refiner.weigh_again(&mut links.links, &|done| progress.advance(done));
             progress.finish();
-            refine_seconds += start.elapsed().as_secs_f64();
         }
-        if weighs_again && LOOKED_FOR_STRAYS.contains(&since_settled) {
-            let start = Instant::now();
+        if looked_for_strays {
             approach.shown = None;
             let watched = Watched { hierarchy, forest: &forest, light: &light, links: &links, tracer };
             let rays = STRAY_RAYS * options.visibility.rays;
             strays = Strays::found(&watched, wall_area, rays, &strays, progress);
-            damping = Damping::new(hierarchy, &forest, &links, &openness, &strays, Damping::MANY);
             progress.finish();
+        }
+        if weighed || looked_for_strays {
+            // What links bring has changed, and with it what could grow.
+            damping = Damping::new(hierarchy, &forest, &links, &openness, &strays, Damping::MANY);
             refine_seconds += start.elapsed().as_secs_f64();
         }
         if !settled {

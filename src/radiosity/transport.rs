@@ -23,6 +23,8 @@ pub struct Light {
     pub irradiance: Vec<Vec3>,
     /// Largest minus smallest exitance of the leaves below each element, in the channel where that is most.
     pub variation: Vec<f32>,
+    /// Exitance of the brightest leaf below each element, largest channel.
+    pub brightest: Vec<f32>,
     /// Intensity of each cluster towards each direction, W/sr in local areas.
     pub intensity: Vec<CosineLobes>,
     /// Power each cluster sends out, largest channel, W in local areas.
@@ -41,7 +43,8 @@ pub struct Light {
 /// sends out 1, and the light is followed for some bounces. With x the sum of them all and K one bounce,
 /// K x ≤ λ x holds nearly everywhere; where it does not, the element takes so much less that it does. Then no
 /// light grows, since the spectral radius of a positive operator is no larger than such a λ
-/// (Collatz and Wielandt).
+/// (Collatz and Wielandt). Lobes of light that are cut off where they fall below nothing, and sources of which what is
+/// seen is brighter than their mean, make K a little less than linear.
 #[derive(Clone, Debug)]
 pub(super) struct Damping(Vec<f32>);
 
@@ -133,6 +136,7 @@ impl Light {
             exitance: elements.clone(),
             irradiance: elements.clone(),
             variation: vec![0.0; forest.len()],
+            brightest: vec![0.0; forest.len()],
             ..Light::default()
         };
         let (damping, strays) = (Damping::none(forest.len()), Strays::none(forest.len()));
@@ -145,19 +149,22 @@ impl Light {
     pub(super) fn renumbered(&self, forest: &Forest, new_from_old: &[u32]) -> Light {
         const UNKNOWN: Vec3 = Vec3::NAN;
         let mut exitance = vec![UNKNOWN; forest.len()];
-        let mut variation = vec![0.0; forest.len()];
+        let (mut variation, mut brightest) = (vec![0.0; forest.len()], vec![0.0; forest.len()]);
         for (old, &new) in new_from_old.iter().enumerate().take(self.exitance.len()) {
             exitance[new as usize] = self.exitance[old];
             variation[new as usize] = self.variation[old];
+            brightest[new as usize] = self.brightest[old];
         }
         for e in 0..exitance.len() {
             let second = forest.second[e] as usize;
             if second != 0 && exitance[second].is_nan() {
                 exitance[e + 1] = exitance[e];
                 exitance[second] = exitance[e];
+                brightest[e + 1] = exitance[e].max_element();
+                brightest[second] = exitance[e].max_element();
             }
         }
-        Light { irradiance: vec![Vec3::ZERO; forest.len()], variation, exitance, ..self.clone() }
+        Light { irradiance: vec![Vec3::ZERO; forest.len()], variation, brightest, exitance, ..self.clone() }
     }
 
     /// Gathers over all links and updates everything; returns the new light.
@@ -186,6 +193,7 @@ impl Light {
             exitance: vec![Vec3::ZERO; forest.len()],
             irradiance: vec![Vec3::ZERO; forest.len()],
             variation: vec![0.0; forest.len()],
+            brightest: vec![0.0; forest.len()],
             ..Light::default()
         };
         next.push_pull(hierarchy, forest, surface, receiving, &gathered, &arriving);
@@ -218,7 +226,7 @@ impl Light {
             return link.visibility;
         }
         let mean = self.exitance[source as usize].max_element();
-        link.visibility.min(1.0 + self.variation[source as usize] / mean.max(f32::MIN_POSITIVE))
+        link.visibility.min(self.brightest[source as usize] / mean.max(f32::MIN_POSITIVE))
     }
 
     /// Sends gathered light down to the leaves and the new exitance up again.
@@ -247,20 +255,22 @@ impl Light {
         arriving: &[Arriving],
     ) {
         let mut blocks = Vec::new();
-        let (mut exitance, mut irradiance, mut variation) =
-            (&mut self.exitance[..], &mut self.irradiance[..], &mut self.variation[..]);
+        let (mut exitance, mut irradiance) = (&mut self.exitance[..], &mut self.irradiance[..]);
+        let (mut variation, mut brightest) = (&mut self.variation[..], &mut self.brightest[..]);
         for first in (0..forest.side_count()).step_by(BLOCK) {
             let end = (first + BLOCK).min(forest.side_count());
             let count = (forest.first_element[end] - forest.first_element[first]) as usize;
-            let (a, b, c);
+            let (a, b, c, d);
             (a, exitance) = exitance.split_at_mut(count);
             (b, irradiance) = irradiance.split_at_mut(count);
             (c, variation) = variation.split_at_mut(count);
-            blocks.push((first..end, a, b, c));
+            (d, brightest) = brightest.split_at_mut(count);
+            blocks.push((first..end, a, b, c, d));
         }
-        blocks.into_par_iter().for_each(|(sides, exitance, irradiance, variation)| {
+        blocks.into_par_iter().for_each(|(sides, exitance, irradiance, variation, brightest)| {
             let offset = forest.first_element[sides.start] as usize;
-            let mut block = Block { forest, gathered, receiving, offset, exitance, irradiance, variation };
+            let mut block =
+                Block { forest, gathered, receiving, offset, exitance, irradiance, variation, brightest };
             for index in sides {
                 let from_clusters = receiving.openness.irradiance(hierarchy, forest, index, arriving);
                 block.push_pull(forest.first_element[index], from_clusters, surface.of(index));
@@ -284,8 +294,7 @@ impl Light {
                     lobes[index].add(hierarchy.side_normal(named).as_vec3(), power / PI);
                     self.power[index] += power.max_element();
                     self.lit[index] += self.irradiance[root].max_element() / hierarchy.sides() as f32;
-                    self.peak[index] =
-                        self.peak[index].max(self.exitance[root].max_element() + self.variation[root]);
+                    self.peak[index] = self.peak[index].max(self.brightest[root]);
                 }
             } else {
                 for child in node.children(index as u32).map(|c| c as usize) {
@@ -324,6 +333,7 @@ struct Block<'a> {
     exitance: &'a mut [Vec3],
     irradiance: &'a mut [Vec3],
     variation: &'a mut [f32],
+    brightest: &'a mut [f32],
 }
 
 impl Block<'_> {
@@ -339,6 +349,7 @@ impl Block<'_> {
             let irradiance = irradiance * (self.receiving.strays.gain(element) * share);
             self.irradiance[own] = irradiance;
             self.exitance[own] = emitted + reflectance * irradiance;
+            self.brightest[own] = self.exitance[own].max_element();
             return (self.exitance[own], self.exitance[own]);
         }
         let (low_a, high_a) = self.push_pull(element + 1, irradiance, surface);
@@ -351,6 +362,7 @@ impl Block<'_> {
         self.exitance[own] = self.exitance[b] + (self.exitance[a] - self.exitance[b]) * share;
         let (low, high) = (low_a.min(low_b), high_a.max(high_b));
         self.variation[own] = (high - low).max_element();
+        self.brightest[own] = high.max_element();
         (low, high)
     }
 }
