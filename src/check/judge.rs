@@ -5,7 +5,7 @@ use super::factors;
 use super::finding::Finding;
 use super::flights::RAYS;
 use super::light::{self, Balance};
-use super::limits::{Limits, PROOF, RECIPROCITY, REFLECTION, RESIDUAL, UNBALANCED, UNOBSTRUCTED, UNSETTLED};
+use super::limits::{LOST, Limits, PROOF, RECIPROCITY, REFLECTION, RESIDUAL, UNOBSTRUCTED, UNSETTLED};
 use super::rows::{self, Row};
 use super::subject::Subject;
 use crate::radiosity::Link;
@@ -145,6 +145,7 @@ pub(super) fn power(subject: &Subject<'_>, balance: &Balance, limits: &Limits) -
         100.0 * balance.lost() / balance.emitted.max(f64::MIN_POSITIVE),
         100.0 * balance.share(balance.escaped)
     );
+    let lost = energy.lost().abs() / energy.emitted.max(f64::MIN_POSITIVE);
     let changing = energy.error / energy.emitted.max(f64::MIN_POSITIVE);
     vec![
         Finding::share(LIGHT, "irradiance against links", balance.share(residual.changing), RESIDUAL)
@@ -157,9 +158,7 @@ pub(super) fn power(subject: &Subject<'_>, balance: &Balance, limits: &Limits) -
             .of(RAYS as u64)
             .unless_rough(limits)
             .at(Some(about_balance)),
-        Finding::share(LIGHT, "emitted light lost or made", energy.balance_error(), UNBALANCED)
-            .of(count)
-            .unless_rough(limits),
+        Finding::share(LIGHT, "emitted light lost or made", lost, LOST).of(count),
         Finding::share(LIGHT, "still changing", changing, UNSETTLED).of(count),
     ]
 }

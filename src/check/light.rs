@@ -66,7 +66,8 @@ pub(super) fn residual(subject: &Subject<'_>) -> Residual {
     let (mut found, mut most) = (Residual::default(), 0.0);
     for &leaf in &subject.leaves {
         let received = light.irradiance[leaf as usize];
-        let carried = carried[leaf as usize] * subject.solution.strays.gain(leaf);
+        let gain = subject.solution.strays.gain(leaf) * subject.solution.factor;
+        let carried = carried[leaf as usize] * gain;
         let less = (carried - received).element_sum();
         if less > HELD_BACK * carried.element_sum() {
             let power = less as f64 * subject.area(leaf);
@@ -106,7 +107,8 @@ impl Balance {
             ..Balance::default()
         };
         for &leaf in &subject.leaves {
-            balance.received += irradiance[leaf as usize].element_sum() as f64 * subject.area(leaf);
+            let over_links = irradiance[leaf as usize].element_sum() / subject.solution.factor;
+            balance.received += over_links as f64 * subject.area(leaf);
             balance.emitted += subject.surface_of(leaf).0.element_sum() as f64 * subject.area(leaf);
         }
         balance

@@ -80,7 +80,10 @@ pub(super) const REFLECTION: f64 = 1e-6;
 /// Irradiance that is not what the links carry, of all light sent out: what still changes.
 pub(super) const RESIDUAL: f64 = 1e-3;
 
-/// Light that is lost or made on all its way, of the emitted: from here on a solution warns.
+/// Light that is lost or made on all its way, of the emitted, although what links lose or make is made up for.
+pub(super) const LOST: f64 = 0.01;
+
+/// What links lose or make of it before, of the emitted: from here on a solution warns.
 pub const UNBALANCED: f64 = 0.05;
 
 /// Power that still changed in the last iteration, of the emitted: from here on a solution warns.

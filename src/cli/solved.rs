@@ -136,13 +136,13 @@ fn warn_if_unfinished(solution: &Solution, options: &SolveOptions) {
     }
 }
 
-/// Says so when much light was lost or made on the way.
+/// Says so when links lose or make much light on the way.
 fn warn_if_unbalanced(solution: &Solution) {
     let error = solution.energy.balance_error();
     if error > UNBALANCED {
         console::warning(&format!(
-            "the energy balance is off by {:.1} %; `lightshaft check` says why, and a higher --quality, a smaller \
-             --epsilon or more --rays make it smaller",
+            "links lose or make {:.1} % of the emitted light over all bounces, which was made up for evenly; \
+             `lightshaft check` says why, and a higher --quality, a smaller --epsilon or more --rays make it less",
             100.0 * error
         ));
     }
@@ -254,6 +254,7 @@ fn fill_stats(
         emitted_w: solution.energy.emitted,
         absorbed_w: solution.energy.absorbed,
         escaped_w: solution.energy.escaped,
+        corrected_w: solution.energy.corrected,
         balance_error: solution.energy.balance_error(),
     };
     stats.iterations = solution.iterations;

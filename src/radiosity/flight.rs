@@ -10,7 +10,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 /// Rays, each standing for the same power: the answer is good to about a quarter of a per cent.
-const RAYS: u32 = 1 << 17;
+pub(super) const RAYS: u32 = 1 << 17;
 
 /// Light caught in a narrow gap makes no room smaller than this share of the smaller facet at its ends.
 const LEAST_WALL: f64 = 0.04;
@@ -34,7 +34,7 @@ pub(super) struct Flight {
 
 /// Follows the light one step.
 pub(super) fn flight(hierarchy: &Hierarchy, forest: &Forest, light: &Light, tracer: &dyn Tracer) -> Flight {
-    let leaves: Vec<u32> = (0..forest.len() as u32).filter(|&e| forest.second[e as usize] == 0).collect();
+    let leaves: Vec<u32> = forest.leaves().map(|e| e as u32).collect();
     let power_of = |e: u32| {
         let b = light.exitance[e as usize];
         (b.x + b.y + b.z) as f64 * forest.area[e as usize] as f64

@@ -158,6 +158,11 @@ impl Forest {
         self.second.len()
     }
 
+    /// Elements that are not split.
+    pub(super) fn leaves(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.len()).filter(|&element| self.second[element] == 0)
+    }
+
     /// Whether there are no elements.
     pub fn is_empty(&self) -> bool {
         self.second.is_empty()

@@ -4,6 +4,7 @@
 //! Exitance `B` and irradiance `E` are in W/m², radiance in W/(m²·sr), colours linear RGB. Lengths are
 //! local (see [`crate::hierarchy::Frame`]); powers become watts when they leave this room.
 
+mod conservation;
 mod cuts;
 mod estimate;
 mod fidelity;

@@ -1,5 +1,6 @@
 //! From a hierarchy to a solution: refine and iterate until the energy error is small.
 
+use super::conservation::Conservation;
 use super::flight::flight;
 use super::forest::Forest;
 use super::links::{Link, LinkClass, LinkSet};
@@ -67,14 +68,23 @@ pub struct Energy {
     pub absorbed: f64,
     /// Left the scene, found with rays.
     pub escaped: f64,
+    /// Of the light that surfaces receive, what was added to that which links bring, so that none is lost; negative
+    /// when it was taken away, so that none is made.
+    pub corrected: f64,
     /// What still changed in the last iteration.
     pub error: f64,
 }
 
 impl Energy {
-    /// `|emitted − absorbed − escaped| / emitted`.
+    /// What links lose or make over all bounces, before it is made up for:
+    /// `|emitted + corrected − absorbed − escaped| / emitted`.
     pub fn balance_error(&self) -> f64 {
-        (self.emitted - self.absorbed - self.escaped).abs() / self.emitted.max(f64::MIN_POSITIVE)
+        (self.lost() + self.corrected).abs() / self.emitted.max(f64::MIN_POSITIVE)
+    }
+
+    /// Emitted, but neither absorbed nor escaped; negative when light is made.
+    pub fn lost(&self) -> f64 {
+        self.emitted - self.absorbed - self.escaped
     }
 }
 
@@ -91,6 +101,8 @@ pub struct Solution {
     pub openness: Openness,
     /// What came besides.
     pub strays: Strays,
+    /// What all received light was scaled by, so that none is lost or made.
+    pub factor: f32,
     /// Pairs that are not stored, and the work done.
     pub counters: RefineCounters,
     /// Gather and push-pull iterations.
@@ -110,7 +122,8 @@ impl Solution {
     pub fn after_one_more_bounce(&self, hierarchy: &Hierarchy) -> Light {
         let materials = Materials { hierarchy, forest: &self.forest };
         let damping = Damping::none(self.forest.len());
-        let receiving = Receiving { damping: &damping, openness: &self.openness, strays: &self.strays };
+        let (openness, strays, factor) = (&self.openness, &self.strays, self.factor);
+        let receiving = Receiving { damping: &damping, openness, strays, factor };
         self.light.iterate(hierarchy, &self.forest, &self.links, &materials, receiving)
     }
 
@@ -169,10 +182,11 @@ pub fn solve(
     let openness = Openness::found(hierarchy, &forest, tracer, progress);
     let mut strays = Strays::none(forest.len());
     let mut damping = Damping::none(forest.len());
+    let mut conservation = Conservation::unknown();
     let mut counters = RefineCounters::default();
     let emitted = emitted_power(hierarchy, &forest);
     let mut refine_seconds = 0.0;
-    let (mut iterations, mut error) = (0, f64::MAX);
+    let (mut iterations, mut error, mut factor) = (0, f64::MAX, conservation.factor);
     let (mut settled, mut since_settled) = (false, 0);
     let mut wall_area = 1.0;
     // A fraction that knows nothing of brightness does not change.
@@ -234,9 +248,14 @@ pub fn solve(
             progress.finish();
             refine_seconds += start.elapsed().as_secs_f64();
         }
-        let receiving = Receiving { damping: &damping, openness: &openness, strays: &strays };
+        factor = conservation.factor;
+        let receiving = Receiving { damping: &damping, openness: &openness, strays: &strays, factor };
         let materials = Materials { hierarchy, forest: &forest };
         let next = light.iterate(hierarchy, &forest, &links, &materials, receiving);
+        if settled {
+            conservation.look(hierarchy, &forest, &light, tracer, weighed || looked_for_strays);
+            conservation.follow(&forest, &light, &next);
+        }
         error = changed_power(&forest, &light, &next);
         approach.step(error, progress);
         light = next;
@@ -251,7 +270,7 @@ pub fn solve(
     }
 
     progress.finish();
-    let energy = balance(hierarchy, &forest, &light, tracer, error, square_meters);
+    let energy = balance(hierarchy, &forest, &light, tracer, error, factor, square_meters);
     let min_size = thresholds.min_size * hierarchy.frame.scene_units_per_local();
     Solution {
         forest,
@@ -259,6 +278,7 @@ pub fn solve(
         links,
         openness,
         strays,
+        factor,
         counters,
         iterations,
         energy,
@@ -397,7 +417,7 @@ fn thresholds_for(
 /// Geometric mean of the irradiance, weighted by the power it brings; `None` when all is dark.
 fn lit_irradiance(light: &Light, forest: &Forest) -> Option<f64> {
     let (mut power, mut logarithms) = (0.0, 0.0);
-    for element in (0..forest.len()).filter(|&e| forest.second[e] == 0) {
+    for element in forest.leaves() {
         let irradiance = light.irradiance[element].max_element() as f64;
         if irradiance > 0.0 {
             let received = irradiance * forest.area[element] as f64;
@@ -422,8 +442,8 @@ const MIN_LOCAL_SIZE: f64 = 5e-5;
 
 /// Power whose place or amount changed between two iterations, summed over channels, local areas.
 fn changed_power(forest: &Forest, before: &Light, after: &Light) -> f64 {
-    (0..forest.len())
-        .filter(|&e| forest.second[e] == 0)
+    forest
+        .leaves()
         .map(|e| ((after.exitance[e] - before.exitance[e]).abs().element_sum() * forest.area[e]) as f64)
         .sum()
 }
@@ -431,13 +451,14 @@ fn changed_power(forest: &Forest, before: &Light, after: &Light) -> f64 {
 /// Follows the power: what is emitted is absorbed or escapes.
 ///
 /// What escapes, or ends on a back that takes no part, is found with rays and not with the links, so the
-/// balance shows what the links get wrong.
+/// balance shows what the links get wrong; `factor` made up for that.
 fn balance(
     hierarchy: &Hierarchy,
     forest: &Forest,
     light: &Light,
     tracer: &dyn Tracer,
     error: f64,
+    factor: f32,
     square_meters: f64,
 ) -> Energy {
     let materials = Materials { hierarchy, forest };
@@ -457,6 +478,7 @@ fn balance(
     let flight = flight(hierarchy, forest, light, tracer);
     energy.escaped = flight.escaped * square_meters;
     energy.absorbed += flight.on_backs * square_meters;
+    energy.corrected = light.received(forest) * (1.0 - 1.0 / f64::from(factor)) * square_meters;
     energy.error = error * square_meters;
     energy
 }

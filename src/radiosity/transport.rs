@@ -73,7 +73,7 @@ impl Damping {
         bounces: u32,
     ) -> Damping {
         let damping = Damping::none(forest.len());
-        let receiving = Receiving { damping: &damping, openness, strays };
+        let receiving = Receiving { damping: &damping, openness, strays, factor: 1.0 };
         let glowing = Glowing(Materials { hierarchy, forest });
         let mut before = Light::emitted(hierarchy, forest, &glowing);
         let mut after = before.iterate(hierarchy, forest, links, &glowing, receiving);
@@ -104,6 +104,8 @@ pub(super) struct Receiving<'a> {
     pub(super) damping: &'a Damping,
     pub(super) openness: &'a Openness,
     pub(super) strays: &'a Strays,
+    /// So that no light is lost or made.
+    pub(super) factor: f32,
 }
 
 /// What a surface does with the light that reaches it.
@@ -140,7 +142,8 @@ impl Light {
             ..Light::default()
         };
         let (damping, strays) = (Damping::none(forest.len()), Strays::none(forest.len()));
-        let receiving = Receiving { damping: &damping, openness: &Openness::unknown(), strays: &strays };
+        let receiving =
+            Receiving { damping: &damping, openness: &Openness::unknown(), strays: &strays, factor: 1.0 };
         light.push_pull(hierarchy, forest, surface, receiving, &elements, &dark);
         light
     }
@@ -165,6 +168,16 @@ impl Light {
             }
         }
         Light { irradiance: vec![Vec3::ZERO; forest.len()], variation, brightest, exitance, ..self.clone() }
+    }
+
+    /// Power that all surfaces send out, summed over channels, local areas.
+    pub(super) fn sent(&self, forest: &Forest) -> f64 {
+        forest.leaves().map(|e| (self.exitance[e].element_sum() * forest.area[e]) as f64).sum()
+    }
+
+    /// Power that all surfaces receive, likewise.
+    pub(super) fn received(&self, forest: &Forest) -> f64 {
+        forest.leaves().map(|e| (self.irradiance[e].element_sum() * forest.area[e]) as f64).sum()
     }
 
     /// Gathers over all links and updates everything; returns the new light.
@@ -345,7 +358,7 @@ impl Block<'_> {
         let second = self.forest.second[element as usize];
         if second == 0 {
             let (emitted, reflectance) = surface;
-            let share = self.receiving.damping.0[element as usize];
+            let share = self.receiving.damping.0[element as usize] * self.receiving.factor;
             let irradiance = irradiance * (self.receiving.strays.gain(element) * share);
             self.irradiance[own] = irradiance;
             self.exitance[own] = emitted + reflectance * irradiance;

@@ -115,7 +115,9 @@ pub struct EnergyStats {
     pub absorbed_w: f64,
     /// Left the scene.
     pub escaped_w: f64,
-    /// `|emitted − absorbed − escaped| / emitted`.
+    /// Added to what links bring, so that none is lost; negative when taken away.
+    pub corrected_w: f64,
+    /// What links lose or make, before it is made up for: `|emitted + corrected − absorbed − escaped| / emitted`.
     pub balance_error: f64,
 }
 

@@ -54,7 +54,7 @@ const FIELDS: [(&str, &[&str]); 7] = [
             "seconds",
         ],
     ),
-    ("energy", &["emitted_w", "absorbed_w", "escaped_w", "balance_error"]),
+    ("energy", &["emitted_w", "absorbed_w", "escaped_w", "corrected_w", "balance_error"]),
     ("memory", &["peak_rss_bytes", "links_bytes", "elements_bytes"]),
     ("seconds", &["load", "build", "refine", "solve", "render", "total"]),
 ];

@@ -200,11 +200,11 @@ fn wrong_visibility_is_noticed() {
     planted.solution.links.links[hidden].class = LinkClass::CertifiedVisible;
     planted.is_noticed("links", "proved visible, yet blocked");
     planted.solution.links.links[hidden] = right;
-    let mut planted = Planted::new(bare_room(), &options(Strategy::Adaptive));
-    for link in &mut planted.solution.links.links {
-        link.visibility = 1.2;
+    // Of elements the solver takes no more than their brightest part; clusters may seem brighter than they are.
+    let clusters = planted.case.hierarchy.nodes.len() as u32;
+    for link in planted.solution.links.links.iter_mut().filter(|link| link.source < clusters) {
+        link.visibility = 3.0;
     }
-    // A little more than all arrives even from walls that are nearly even.
     planted.is_noticed("form factors", "light beyond the unobstructed");
 }
 

@@ -1,0 +1,62 @@
+//! No light is lost or made on the way: what surfaces send out arrives, but for what rays find to escape.
+//!
+//! Links get a per cent or two of it wrong in a draft, and bounces multiply that: where all surfaces reflect 0.9, light
+//! that is lost or made in one flight is so ten times over. So all that surfaces receive is scaled by one factor. Where
+//! much light escapes, rays know less about the rest than links do: the factor follows what is beyond their noise.
+
+use super::flight::{RAYS, flight};
+use super::forest::Forest;
+use super::transport::Light;
+use crate::hierarchy::Hierarchy;
+use crate::tracer::Tracer;
+
+/// The factor stays within this and its inverse: beyond, links do not say where light goes.
+const MOST: f64 = 2.0;
+
+/// Half of what is off by this many standard errors of the rays is corrected, of less hardly any.
+const NOISE: f64 = 3.0;
+
+/// What light that is received is scaled by.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Conservation {
+    /// The factor.
+    pub(super) factor: f32,
+    /// Share of all light that ends on surfaces which take part; `None` before rays have found it.
+    landing: Option<f64>,
+}
+
+impl Conservation {
+    /// Nothing is known yet.
+    pub(super) fn unknown() -> Conservation {
+        Conservation { factor: 1.0, landing: None }
+    }
+
+    /// Finds with rays how much light ends on surfaces, if nothing is known or light has `changed`.
+    pub(super) fn look(
+        &mut self,
+        hierarchy: &Hierarchy,
+        forest: &Forest,
+        light: &Light,
+        tracer: &dyn Tracer,
+        changed: bool,
+    ) {
+        if changed || self.landing.is_none() {
+            let flight = flight(hierarchy, forest, light, tracer);
+            let sent = light.sent(forest);
+            let gone = if sent > 0.0 { (flight.escaped + flight.on_backs) / sent } else { 0.0 };
+            self.landing = Some((1.0 - gone).max(0.0));
+        }
+    }
+
+    /// Corrects the factor by what came of the light `before` an iteration `after` it.
+    pub(super) fn follow(&mut self, forest: &Forest, before: &Light, after: &Light) {
+        let Some(landing) = self.landing else { return };
+        let over_links = after.received(forest) / f64::from(self.factor);
+        let off = landing * before.sent(forest) / over_links - 1.0;
+        let noise = NOISE * NOISE * (1.0 - landing) / (landing * f64::from(RAYS));
+        let share = off * off / (off * off + noise);
+        // Nothing is off, or nothing is on its way.
+        let factor = if share.is_finite() { 1.0 + off * share } else { 1.0 };
+        self.factor = factor.clamp(1.0 / MOST, MOST) as f32;
+    }
+}
