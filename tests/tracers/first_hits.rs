@@ -1,16 +1,18 @@
 //! What rays meet first. A failure means that light gathered at a point depends on which tracer found its way.
 
 use glam::DVec3;
+use lightshaft::compare::{FAMILIES, Family, distance_between, lies_in_plane, random_segments, segments};
 use lightshaft::hierarchy::TOLERANCE;
 use lightshaft::tracer::{BruteTracer, Hit, PACKET, Ray, Segment, TraceMesh, Tracer};
 
-use crate::adversarial::{self, FAMILIES, Family};
 use crate::meshes::{shell, soup, tiny_and_huge};
-use crate::verdict::{distance_between, lies_in_plane, triangles_of};
-use crate::{random, tracers};
+use crate::tracers;
 
 /// Further than anything in a mesh is from anything else.
 const FAR: f64 = 10.0;
+
+/// One rounding to single precision.
+const ROUNDING: f64 = 1.2e-7;
 
 /// What came of a comparison.
 #[derive(Clone, Copy, Debug, Default)]
@@ -50,7 +52,7 @@ pub(crate) fn compare_hits(tolerance: f64, mesh: &TraceMesh, tracer: &dyn Tracer
         }
         let is_edge_on = |hit: Hit| {
             let segment = Segment { from: ray.origin, to: ray.origin + ray.direction, skip: [hit.facet; 2] };
-            lies_in_plane(mesh, hit.facet, &segment)
+            lies_in_plane(mesh, hit.facet, &segment, ROUNDING)
         };
         if how_far_off(mesh, ray, got, expected) <= tolerance {
             hits.within_tolerance += usize::from(got.map(|hit| hit.facet) != expected.map(|hit| hit.facet));
@@ -86,16 +88,16 @@ fn how_far_off(mesh: &TraceMesh, ray: &Ray, got: Option<Hit>, expected: Option<H
 fn is_met(mesh: &TraceMesh, hit: Hit, [from, to]: [DVec3; 2]) -> bool {
     let alone = TraceMesh {
         positions: mesh.positions.clone(),
-        triangles: triangles_of(mesh, hit.facet).to_vec(),
-        first_triangle: vec![0, triangles_of(mesh, hit.facet).len() as u32],
-        facet_of_triangle: vec![0; triangles_of(mesh, hit.facet).len()],
+        triangles: mesh.triangles_of(hit.facet).to_vec(),
+        first_triangle: vec![0, mesh.triangles_of(hit.facet).len() as u32],
+        facet_of_triangle: vec![0; mesh.triangles_of(hit.facet).len()],
     };
     let ray = Ray { origin: from.as_vec3(), direction: (to - from).as_vec3() };
     first_hits(&BruteTracer::new(&alone), &[ray])[0].is_some()
 }
 
 fn distance_from_plane(mesh: &TraceMesh, facet: u32, point: DVec3) -> f64 {
-    let distance = triangles_of(mesh, facet).iter().map(|t| {
+    let distance = mesh.triangles_of(facet).iter().map(|t| {
         let [a, b, c] = t.map(|v| mesh.positions[v as usize].as_dvec3());
         (b - a).cross(c - a).normalize_or_zero().dot(point - a).abs()
     });
@@ -107,7 +109,7 @@ const COUNT: usize = 4000;
 #[test]
 fn first_hits_are_the_judges() {
     let mesh = soup(500, 8);
-    let rays: Vec<Ray> = random::segments(COUNT, 9).iter().map(ray_along).collect();
+    let rays: Vec<Ray> = random_segments(COUNT, 9).iter().map(ray_along).collect();
     for tracer in tracers(&mesh) {
         let hits = compare_hits(TOLERANCE, &mesh, tracer.as_ref(), &rays);
         println!("{}: {hits:?} of {COUNT}", tracer.name());
@@ -130,7 +132,7 @@ fn hard_rays_meet_what_the_judge_says_but_for_rounding() {
             .iter()
             .flat_map(|tracer| FAMILIES.into_iter().enumerate().map(move |f| (tracer, f)))
         {
-            let segments = adversarial::segments(&mesh, family, COUNT, 400 + index as u64);
+            let segments = segments(&mesh, family, COUNT, 400 + index as u64);
             let rays: Vec<Ray> = segments.iter().map(ray_along).collect();
             let hits = compare_hits(TOLERANCE, &mesh, tracer.as_ref(), &rays);
             let what = format!("{name}, {family:?}, {}: {hits:?}", tracer.name());
@@ -148,7 +150,7 @@ fn hard_rays_meet_what_the_judge_says_but_for_rounding() {
 fn directions_with_the_smallest_numbers_lead_somewhere() {
     for (name, mesh) in [("box", shell(true)), ("ball", shell(false)), ("soup", soup(300, 33))] {
         for tracer in tracers(&mesh) {
-            let (mut rays, origins) = (Vec::new(), random::segments(COUNT / 8, 34));
+            let (mut rays, origins) = (Vec::new(), random_segments(COUNT / 8, 34));
             for (i, origin) in origins.iter().enumerate() {
                 let tiny = 10f32.powi(-(12 + i as i32 % 26)) * if i % 2 == 0 { 1.0 } else { -1.0 };
                 let mut direction = [1.0f32, 0.3, -0.2];

@@ -1,0 +1,208 @@
+//! Who is right when two tracers disagree about a segment: within rounding of an edge or an end both may be,
+//! anywhere else one is wrong. The referee tests every triangle in double precision.
+
+use super::distance::{distance_to_change, lies_in_plane};
+use crate::hierarchy::TOLERANCE;
+use crate::tracer::{BruteTracer, NO_FACET, Segment, TraceMesh};
+use serde::Serialize;
+
+/// One rounding to single precision of a coordinate of about 1.
+const ROUNDING: f64 = 1.2e-7;
+
+/// What an answer is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Standing {
+    /// The referee says so too.
+    Right,
+    /// The referee says otherwise, but the segment is within the tolerance of the edge or the end that decides.
+    Tolerance,
+    /// The referee says otherwise, and the segment lies in the plane of the facet, but for the last digit of single
+    /// precision: all that tells where it meets the facet has been rounded away.
+    #[serde(rename = "in plane")]
+    InPlane,
+    /// The referee says otherwise, and rounding does not explain it.
+    Wrong,
+}
+
+/// The referee on one answer.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Ruling {
+    /// What the answer is.
+    pub standing: Standing,
+    /// How far the segment is from where the answer would be right, local units; 0 when it is.
+    pub distance: f64,
+    /// The facet that was missed or that does not block; [`NO_FACET`] when the answer is right.
+    pub facet: u32,
+}
+
+impl Ruling {
+    /// The answer is the referee's.
+    pub const RIGHT: Ruling = Ruling { standing: Standing::Right, distance: 0.0, facet: NO_FACET };
+}
+
+/// The largest coordinate of a segment where that is more than 1: what rounding of its ends is relative to.
+fn reach(segment: &Segment) -> f64 {
+    segment.from.abs().max(segment.to.abs()).max_element().max(1.0) as f64
+}
+
+/// How near to an edge or an end rounding may decide, local units: the tolerance of the whole program, which is a
+/// few roundings of single precision, and more for a segment that goes far beyond the scene.
+pub fn tolerance_for(segment: &Segment) -> f64 {
+    TOLERANCE * reach(segment)
+}
+
+/// Settles disagreements on one mesh.
+pub struct Referee<'a> {
+    mesh: &'a TraceMesh,
+    judge: BruteTracer,
+}
+
+impl<'a> Referee<'a> {
+    /// A referee for `mesh`.
+    pub fn new(mesh: &'a TraceMesh) -> Referee<'a> {
+        Referee { mesh, judge: BruteTracer::new(mesh) }
+    }
+
+    /// Every facet that blocks a segment, ascending.
+    pub fn blockers(&self, segment: &Segment) -> Vec<u32> {
+        self.judge.all_blockers(segment)
+    }
+
+    /// Judges what two tracers say blocks a segment: a facet or [`NO_FACET`]. `tolerance` is a local length.
+    ///
+    /// A facet that is named has to block. Where both say that the segment is clear nobody is asked.
+    pub fn rule(&self, segment: &Segment, answers: [u32; 2], tolerance: f64) -> [Ruling; 2] {
+        let confirmed = answers.map(|facet| facet != NO_FACET && self.judge.is_blocked_by(segment, facet));
+        if answers == [NO_FACET; 2] || confirmed == [true; 2] {
+            return [Ruling::RIGHT; 2];
+        }
+        let mut missed = None;
+        [0, 1].map(|side| match answers[side] {
+            _ if confirmed[side] => Ruling::RIGHT,
+            NO_FACET => *missed.get_or_insert_with(|| self.missed(segment, answers, confirmed, tolerance)),
+            // By the id rule no distance excuses it.
+            facet if segment.skip.contains(&facet) => Ruling {
+                standing: Standing::Wrong,
+                distance: segment.from.distance(segment.to).into(),
+                facet,
+            },
+            facet => self.off(segment, facet, tolerance),
+        })
+    }
+
+    /// The ruling on "clear" where another tracer names a facet.
+    fn missed(&self, segment: &Segment, answers: [u32; 2], confirmed: [bool; 2], tolerance: f64) -> Ruling {
+        let named =
+            answers.into_iter().zip(confirmed).find_map(|(facet, is_right)| is_right.then_some(facet));
+        let by_named = named.map(|facet| self.off(segment, facet, tolerance));
+        match by_named {
+            Some(ruling) if ruling.standing == Standing::Wrong => ruling,
+            // It was missed with everything else that blocks.
+            _ => self
+                .blockers(segment)
+                .into_iter()
+                .map(|facet| self.off(segment, facet, tolerance))
+                .max_by(|a, b| a.standing.cmp(&b.standing).then(a.distance.total_cmp(&b.distance)))
+                .unwrap_or(Ruling::RIGHT),
+        }
+    }
+
+    /// The ruling on an answer that is not the referee's because of one facet.
+    fn off(&self, segment: &Segment, facet: u32, tolerance: f64) -> Ruling {
+        let distance = distance_to_change(self.mesh, facet, segment);
+        let standing = if distance <= tolerance {
+            Standing::Tolerance
+        } else if lies_in_plane(self.mesh, facet, segment, ROUNDING * reach(segment)) {
+            Standing::InPlane
+        } else {
+            Standing::Wrong
+        };
+        Ruling { standing, distance, facet }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    /// Two squares of side 2 across the z axis, at z = 0 and z = 1.
+    fn squares() -> TraceMesh {
+        let mut mesh = TraceMesh { first_triangle: vec![0], ..TraceMesh::default() };
+        for z in [0.0, 1.0] {
+            let base = mesh.positions.len() as u32;
+            mesh.positions.extend(
+                [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| Vec3::new(x, y, z)),
+            );
+            mesh.triangles.extend([[base, base + 1, base + 2], [base, base + 2, base + 3]]);
+            mesh.facet_of_triangle.extend([base / 4; 2]);
+            mesh.first_triangle.push(mesh.triangles.len() as u32);
+        }
+        mesh
+    }
+
+    fn along_z(x: f32, from: f32, to: f32) -> Segment {
+        Segment { from: Vec3::new(x, 0.1, from), to: Vec3::new(x, 0.1, to), skip: [NO_FACET; 2] }
+    }
+
+    fn standings(segment: Segment, answers: [u32; 2]) -> [Standing; 2] {
+        let mesh = squares();
+        Referee::new(&mesh).rule(&segment, answers, tolerance_for(&segment)).map(|ruling| ruling.standing)
+    }
+
+    #[test]
+    fn any_facet_that_blocks_may_be_named() {
+        assert_eq!(standings(along_z(0.5, -1.0, 2.0), [0, 1]), [Standing::Right; 2]);
+        assert_eq!(standings(along_z(1.5, -1.0, 2.0), [NO_FACET; 2]), [Standing::Right; 2]);
+    }
+
+    #[test]
+    fn what_is_missed_or_made_up_far_from_every_edge_is_wrong() {
+        assert_eq!(standings(along_z(0.5, -1.0, 2.0), [0, NO_FACET]), [Standing::Right, Standing::Wrong]);
+        assert_eq!(standings(along_z(1.5, -1.0, 2.0), [0, NO_FACET]), [Standing::Wrong, Standing::Right]);
+        assert_eq!(standings(along_z(0.5, -1.0, 0.5), [1, 0]), [Standing::Wrong, Standing::Right]);
+    }
+
+    #[test]
+    fn what_is_within_rounding_of_an_edge_or_an_end_may_be_either() {
+        let beside = along_z(1.000_001, -1.0, 2.0);
+        assert_eq!(standings(beside, [0, NO_FACET]), [Standing::Tolerance, Standing::Right]);
+        let inside = along_z(0.999_999, -1.0, 2.0);
+        assert_eq!(standings(inside, [NO_FACET, 1]), [Standing::Tolerance, Standing::Right]);
+        let short = along_z(0.5, -1.0, 0.0);
+        assert_eq!(standings(short, [0, NO_FACET]), [Standing::Tolerance, Standing::Right]);
+    }
+
+    /// Near the edge of the facet that the other names, but another one was missed far from its edges.
+    #[test]
+    fn one_missed_facet_is_enough_to_be_wrong() {
+        let mut mesh = squares();
+        mesh.positions[5].x = 3.0;
+        mesh.positions[6].x = 3.0;
+        let segment = along_z(0.999_999, -1.0, 2.0);
+        let [left, right] = Referee::new(&mesh).rule(&segment, [0, NO_FACET], TOLERANCE);
+        assert_eq!((left, right.standing, right.facet), (Ruling::RIGHT, Standing::Wrong, 1));
+    }
+
+    #[test]
+    fn in_the_plane_of_a_facet_nothing_can_be_told() {
+        let beside =
+            Segment { from: Vec3::new(1.5, -1.0, 1.0), to: Vec3::new(1.6, 1.0, 1.0), skip: [NO_FACET; 2] };
+        assert_eq!(standings(beside, [1, NO_FACET]), [Standing::InPlane, Standing::Right]);
+        assert_eq!(standings(beside, [0, NO_FACET]), [Standing::Wrong, Standing::Right]);
+    }
+
+    #[test]
+    fn a_facet_that_an_end_lies_on_never_blocks() {
+        let segment = Segment { skip: [0, NO_FACET], ..along_z(0.5, 0.0, 2.0) };
+        assert_eq!(standings(segment, [0, 1]), [Standing::Wrong, Standing::Right]);
+    }
+
+    #[test]
+    fn far_from_the_scene_rounding_is_larger() {
+        let far = along_z(1.000_5, -1000.0, 2.0);
+        assert_eq!(standings(far, [0, NO_FACET]), [Standing::Tolerance, Standing::Right]);
+        assert_eq!(standings(along_z(1.000_5, -1.0, 2.0), [0, NO_FACET]), [Standing::Wrong, Standing::Right]);
+    }
+}
