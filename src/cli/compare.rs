@@ -9,8 +9,8 @@ use super::console;
 use super::errors::CliError;
 use super::solved::{Loaded, in_pool, solve_options};
 use crate::compare::{
-    CompareOptions, Disagreement, Referee, ReplayError, Replayed, Standing, answers_of, compare,
-    difference_picture, distance_to_change, read_replay, tolerance_for, write_replay,
+    Ask, CompareOptions, Disagreement, Question, Referee, ReplayError, Standing, compare, difference_picture,
+    distance_to_change, read_replay, write_replay,
 };
 use crate::hierarchy::Hierarchy;
 use crate::image::picture::Picture;
@@ -18,7 +18,7 @@ use crate::image::tone::Exposure;
 use crate::image::write::{OutputError, check_destination, write_picture};
 use crate::image::{RenderOptions, View};
 use crate::progress::Progress;
-use crate::report::compare::{CompareReport, DescribedDisagreement, ReplayedSegment};
+use crate::report::compare::{CompareReport, DescribedDisagreement, ReplayedRay};
 use crate::report::json::write_json;
 use crate::tracer::Tracer;
 
@@ -125,7 +125,18 @@ fn replay(config: &CompareConfig, file: &Path, progress: &dyn Progress) -> Resul
     let mut text = format!("{}: {} rays of {}\n", loaded.scene.name, rays.len(), file.display());
     let mut wrong = 0;
     for (number, ray) in (1..).zip(rays) {
-        let replayed = replayed(&hierarchy, &referee, tracers, ray);
+        let replayed = match ray.question {
+            Question::Segment(segment) => {
+                let to_change = |facet| (facet, distance_to_change(&hierarchy.mesh, facet, &segment));
+                let expected = referee.blockers(&segment).into_iter().map(to_change).collect();
+                replayed(&referee, tracers, ray.kind, segment, expected)
+            }
+            Question::Ray(asked) => {
+                let first = referee.first_hit(&asked).map(|hit| hit.facet);
+                let to_change = |facet| (facet, referee.distance_from_outline(&asked, facet));
+                replayed(&referee, tracers, ray.kind, asked, first.map(to_change).into_iter().collect())
+            }
+        };
         wrong += u32::from(replayed.in_packet.severity().0 == Standing::Wrong);
         text += &format!("\n{number}. {}", replayed.text(&hierarchy, names));
     }
@@ -138,23 +149,18 @@ fn replay(config: &CompareConfig, file: &Path, progress: &dyn Progress) -> Resul
     }
 }
 
-fn replayed(
-    hierarchy: &Hierarchy,
+fn replayed<T: Ask>(
     referee: &Referee<'_>,
     tracers: [&dyn Tracer; 2],
-    Replayed { kind, segment }: Replayed,
-) -> ReplayedSegment {
+    kind: String,
+    asked: T,
+    expected: Vec<(u32, f64)>,
+) -> ReplayedRay {
     // A packet of one is traced in another way than one of several.
-    let answers = answers_of(tracers, &[segment; 2])[0];
-    let rulings = referee.rule(&segment, answers, tolerance_for(&segment));
-    let blockers = referee.blockers(&segment).into_iter();
-    ReplayedSegment {
-        in_packet: Disagreement { kind, segment, answers, rulings },
-        alone: answers_of(tracers, &[segment])[0],
-        blockers: blockers
-            .map(|facet| (facet, distance_to_change(&hierarchy.mesh, facet, &segment)))
-            .collect(),
-    }
+    let (answers, rulings) = T::ask(&[asked; 2], tracers, referee)[0];
+    let (alone, _) = T::ask(&[asked], tracers, referee)[0];
+    let in_packet = Disagreement { kind, question: asked.question(), answers, rulings };
+    ReplayedRay { in_packet, alone, expected }
 }
 
 /// What an unusable replay file means for the caller.
@@ -165,5 +171,96 @@ fn replay_failure(error: ReplayError) -> CliError {
         ReplayError::Malformed { .. }
         | ReplayError::OtherVersion { .. }
         | ReplayError::OtherGeometry { .. } => CliError::Malformed(message),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::errors::ExitKind;
+    use super::*;
+    use crate::progress::Silent;
+    use crate::radiosity::SolveOptions;
+    use crate::scene;
+    use crate::tracer::{Candidates, FallbackTracer, FilterAudit, Hit, Interval, NO_FACET, Ray, Segment};
+    use crate::visibility::{Strategy, VisibilityOptions};
+
+    /// A side of the short box that throws a shadow.
+    const BOX_SIDE: u32 = 14;
+
+    /// Does not see one facet, whoever asks.
+    struct Blind<'a>(&'a FallbackTracer, u32);
+
+    impl Tracer for Blind<'_> {
+        fn name(&self) -> &'static str {
+            "blind"
+        }
+
+        fn blockers(
+            &self,
+            segments: &[Segment],
+            candidates: Candidates<'_>,
+            blockers: &mut [u32],
+            audit: &mut FilterAudit,
+        ) {
+            let everything = [Interval { start: 0, end: u32::MAX }];
+            let seen = match candidates {
+                Candidates::All => &everything,
+                Candidates::Only(list) => list,
+            };
+            let parts =
+                |i: &Interval| [(i.start, i.end.min(self.1)), (i.start.max(self.1.saturating_add(1)), i.end)];
+            let parts = seen.iter().flat_map(parts).filter(|(start, end)| start < end);
+            let left: Vec<Interval> = parts.map(|(start, end)| Interval { start, end }).collect();
+            self.0.blockers(segments, Candidates::Only(&left), blockers, audit);
+        }
+
+        fn first_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+            self.0.first_hits(rays, hits);
+        }
+    }
+
+    /// The verdict on the Cornell box with a tracer and one that is blind to a facet.
+    fn verdict_on(facet: u32) -> (Result<(), CliError>, CompareReport) {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell-box/scene.toml");
+        let scene = scene::load(&path, &Default::default(), &Silent).expect("a scene of the project");
+        let hierarchy = Hierarchy::build(&scene, false, &Silent);
+        let tracer = FallbackTracer::new(&hierarchy.mesh);
+        let options = CompareOptions {
+            solve: SolveOptions {
+                epsilon: 2e-2,
+                contrast: 0.8,
+                min_size: None,
+                resolution: 16.0,
+                iterations: 200,
+                visibility: VisibilityOptions { strategy: Strategy::Adaptive, rays: 4, certify: false },
+            },
+            rays: 2000,
+            repeats: 1,
+            camera: scene::Camera { width: 8, height: 8, ..scene.cameras[0].clone() },
+            render: RenderOptions { samples: 1, view: View::Shaded },
+            square_meters: 1.0,
+        };
+        let blind = Blind(&tracer, facet);
+        let (found, _) = compare(&hierarchy, [&tracer, &blind], &options, &Silent);
+        let report = CompareReport::new(&scene.name, ["fallback", "blind"], 1, &hierarchy, &found);
+        (verdict(&report), report)
+    }
+
+    #[test]
+    fn a_tracer_that_is_blind_to_one_facet_ends_with_code_9_and_the_place() {
+        let (same, report) = verdict_on(NO_FACET);
+        assert!(same.is_ok() && report.agree, "{}", report.text());
+        assert_eq!((report.links.share(), report.exitance.max, report.picture.max), (0.0, 0.0, 0.0));
+
+        // Facets of the two boxes, the last but for the walls.
+        let (different, report) = verdict_on(BOX_SIDE);
+        let error = different.expect_err("the tracers disagree");
+        assert_eq!((error.kind(), error.kind().code()), (ExitKind::TracersDisagree, 9));
+        let message = error.to_string();
+        for part in ["rays are wrong in blind", "worst: ", &format!("facet {BOX_SIDE} at ("), "blind: "] {
+            assert!(message.contains(part), "{part} is missing: {message}");
+        }
+        let shadow_rays = &report.rays[0];
+        assert!(shadow_rays.wrong[1] > 0 && shadow_rays.wrong[0] == 0, "{}", report.text());
     }
 }

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 /// Whether both ends are in the plane of a facet, but for `rounding`, a local length: then all that tells where
 /// the segment meets the facet has been rounded away.
-pub fn lies_in_plane(mesh: &TraceMesh, facet: u32, segment: &Segment, rounding: f64) -> bool {
+pub(super) fn lies_in_plane(mesh: &TraceMesh, facet: u32, segment: &Segment, rounding: f64) -> bool {
     mesh.triangles_of(facet).iter().any(|t| {
         let [a, b, c] = t.map(|v| mesh.positions[v as usize].as_dvec3());
         let normal = (b - a).cross(c - a).normalize_or_zero();
@@ -21,7 +21,7 @@ pub fn distance_to_change(mesh: &TraceMesh, facet: u32, segment: &Segment) -> f6
 }
 
 /// How far a line between two ends is from the outline of a facet, and its ends from the facet itself.
-pub fn distance_between(mesh: &TraceMesh, facet: u32, ends: [DVec3; 2]) -> f64 {
+pub(super) fn distance_between(mesh: &TraceMesh, facet: u32, ends: [DVec3; 2]) -> f64 {
     let triangles = mesh.triangles_of(facet);
     let at = |v: u32| mesh.positions[v as usize].as_dvec3();
     let from_ends =
@@ -30,6 +30,15 @@ pub fn distance_between(mesh: &TraceMesh, facet: u32, ends: [DVec3; 2]) -> f64 {
     let outline = edges().filter(|&(a, b)| !edges().any(|(c, d)| (c, d) == (b, a)));
     let from_outline = outline.map(|(a, b)| between_segments(ends, [at(a), at(b)]));
     from_outline.chain(from_ends).fold(f64::INFINITY, f64::min)
+}
+
+/// How far a point is from the plane of a facet.
+pub(super) fn distance_from_plane(mesh: &TraceMesh, facet: u32, point: DVec3) -> f64 {
+    let distances = mesh.triangles_of(facet).iter().map(|t| {
+        let [a, b, c] = t.map(|v| mesh.positions[v as usize].as_dvec3());
+        (b - a).cross(c - a).normalize_or_zero().dot(point - a).abs()
+    });
+    distances.fold(f64::INFINITY, f64::min)
 }
 
 /// Distance of two segments.

@@ -10,27 +10,27 @@ mod hard;
 mod links;
 mod picture;
 mod rays;
+mod recorder;
 mod referee;
 mod replay;
-mod shadow_rays;
 mod speed;
 
-pub use distance::{between_segments, distance_between, distance_to_change, lies_in_plane};
+pub use distance::{between_segments, distance_to_change};
 pub use exitance::ExitanceDifference;
 pub use hard::{FAMILIES, Family, Numbers, far_segments, random_segments, segments};
 pub use links::{LinkDifferences, NamedLinks};
 pub use picture::{PictureDifference, difference_picture};
-pub use rays::{Batch, Disagreement, RayComparison, Tally, answers_of, compare_rays, made_batches};
-pub use referee::{Referee, Ruling, Standing, tolerance_for};
+pub use rays::{Ask, Batch, Disagreement, Question, RayComparison, Tally, compare_rays, made_batches};
+pub use recorder::{KeptPackets, Recorder};
+pub use referee::{Referee, Ruling, Standing, tolerance_for, tolerance_for_ray};
 pub use replay::{ReplayError, Replayed, fingerprint, read_replay, write_replay};
-pub use shadow_rays::{KeptPackets, Recorder};
 pub use speed::rays_per_second;
 
 use crate::hierarchy::Hierarchy;
 use crate::image::picture::Picture;
 use crate::image::{self, RenderOptions};
 use crate::progress::Progress;
-use crate::radiosity::{self, Solution, SolveOptions};
+use crate::radiosity::{self, SolveOptions};
 use crate::scene::Camera;
 use crate::tracer::Tracer;
 use std::time::Instant;
@@ -107,9 +107,9 @@ pub fn compare(
     options: &CompareOptions,
     progress: &dyn Progress,
 ) -> (Comparison, [Picture; 2]) {
-    let kept = KeptPackets::default();
+    let (segments, rays) = (KeptPackets::default(), KeptPackets::default());
     let solutions = tracers.map(|tracer| {
-        let recorder = Recorder { tracer, kept: &kept };
+        let recorder = Recorder { tracer, segments: &segments, rays: &rays };
         radiosity::solve(hierarchy, &recorder, &options.solve, options.square_meters, progress)
     });
     let [native, other] = &solutions;
@@ -117,24 +117,33 @@ pub fn compare(
         solve_seconds: solutions.each_ref().map(|solution| solution.refine_seconds + solution.solve_seconds),
         ..Speed::default()
     };
+    let camera_rays = KeptPackets::default();
     let pictures = [0, 1].map(|side| {
         let start = Instant::now();
-        let (tracer, solution): (_, &Solution) = (tracers[side], &solutions[side]);
-        let picture = image::render(hierarchy, tracer, solution, &options.camera, options.render, progress);
+        let recorder = Recorder { tracer: tracers[side], segments: &segments, rays: &camera_rays };
+        let (camera, solution) = (&options.camera, &solutions[side]);
+        let picture = image::render(hierarchy, &recorder, solution, camera, options.render, progress);
         speed.render_seconds[side] = start.elapsed().as_secs_f64();
         picture
     });
-    let shadow_rays = Batch { name: "shadow rays", packets: kept.into_packets() };
+    let shadow_rays = Batch { name: "shadow rays", packets: segments.into_packets() };
     progress.start("race", options.repeats.into());
     speed.rays_per_second =
         rays_per_second(tracers, &shadow_rays, options.repeats, &|done| progress.advance(done));
     progress.finish();
 
+    let first_hits = [
+        Batch { name: "rays that carry light", packets: rays.into_packets() },
+        Batch { name: "camera rays", packets: camera_rays.into_packets() },
+    ];
     let mut batches = vec![shadow_rays];
     batches.extend(made_batches(&hierarchy.mesh, options.rays));
-    progress.start("compare", batches.iter().map(|batch| batch.packets.len() as u64).sum());
-    let referee = Referee::new(&hierarchy.mesh);
-    let rays = compare_rays(&referee, tracers, &batches, &|done| progress.advance(done));
+    let packets = batches.iter().map(|batch| batch.packets.len());
+    let packets = packets.chain(first_hits.iter().map(|batch| batch.packets.len()));
+    progress.start("compare", packets.sum::<usize>() as u64);
+    let (referee, advance) = (Referee::new(&hierarchy.mesh), |done| progress.advance(done));
+    let mut rays = compare_rays(&referee, tracers, &batches, &advance);
+    rays.extend(compare_rays(&referee, tracers, &first_hits, &advance));
     progress.finish();
     let comparison = Comparison {
         rays,

@@ -1,8 +1,8 @@
-//! Segments through both tracers, and every disagreement to the referee.
+//! Rays through both tracers, and every disagreement to the referee.
 
 use super::hard::{FAMILIES, far_segments, random_segments, segments};
-use super::referee::{Referee, Ruling, Standing, tolerance_for};
-use crate::tracer::{Candidates, FilterAudit, NO_FACET, PACKET, Segment, TraceMesh, Tracer};
+use super::referee::{Referee, Ruling, Standing, tolerance_for, tolerance_for_ray};
+use crate::tracer::{Candidates, FilterAudit, NO_FACET, PACKET, Ray, Segment, TraceMesh, Tracer};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -12,24 +12,90 @@ const WORST: usize = 100;
 /// Fixes the segments that are made by rule.
 const SEED: u64 = 0x11_6874;
 
-/// Segments of one kind, in the packets in which they are cast.
-pub struct Batch {
+/// Segments or rays of one kind, in the packets in which they are cast.
+pub struct Batch<T> {
     /// What kind.
     pub name: &'static str,
-    /// Up to [`PACKET`] segments each.
-    pub packets: Vec<Vec<Segment>>,
+    /// Up to [`PACKET`] each.
+    pub packets: Vec<Vec<T>>,
 }
 
-/// What came of one kind of segments; of two numbers the first is for the native tracer.
+/// What a tracer is asked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Question {
+    /// What blocks it?
+    Segment(Segment),
+    /// What does it meet first?
+    Ray(Ray),
+}
+
+/// What two tracers are asked in packets.
+pub trait Ask: Copy + Sync {
+    /// What each says: what blocks, or is met first, or [`NO_FACET`]; and the referee on that.
+    fn ask(packet: &[Self], tracers: [&dyn Tracer; 2], referee: &Referee<'_>)
+    -> Vec<([u32; 2], [Ruling; 2])>;
+
+    /// One of a packet.
+    fn question(self) -> Question;
+}
+
+impl Ask for Segment {
+    fn ask(
+        packet: &[Segment],
+        tracers: [&dyn Tracer; 2],
+        referee: &Referee<'_>,
+    ) -> Vec<([u32; 2], [Ruling; 2])> {
+        let [native, other] = tracers.map(|tracer| {
+            let mut blockers = vec![NO_FACET; packet.len()];
+            tracer.blockers(packet, Candidates::All, &mut blockers, &mut FilterAudit::default());
+            blockers
+        });
+        let answers = native.into_iter().zip(other).map(|(a, b)| [a, b]);
+        packet
+            .iter()
+            .zip(answers)
+            .map(|(segment, answers)| (answers, referee.rule(segment, answers, tolerance_for(segment))))
+            .collect()
+    }
+
+    fn question(self) -> Question {
+        Question::Segment(self)
+    }
+}
+
+impl Ask for Ray {
+    fn ask(packet: &[Ray], tracers: [&dyn Tracer; 2], referee: &Referee<'_>) -> Vec<([u32; 2], [Ruling; 2])> {
+        let [native, other] = tracers.map(|tracer| {
+            let mut hits = vec![None; packet.len()];
+            tracer.first_hits(packet, &mut hits);
+            hits
+        });
+        let hits = native.into_iter().zip(other).map(|(a, b)| [a, b]);
+        packet
+            .iter()
+            .zip(hits)
+            .map(|(ray, hits)| {
+                let answers = hits.map(|hit| hit.map_or(NO_FACET, |hit| hit.facet));
+                (answers, referee.rule_hits(ray, hits, tolerance_for_ray(ray)))
+            })
+            .collect()
+    }
+
+    fn question(self) -> Question {
+        Question::Ray(self)
+    }
+}
+
+/// What came of one kind of rays; of two numbers the first is for the native tracer.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Tally {
     /// What kind.
     pub name: String,
-    /// Segments traced.
-    pub segments: u64,
-    /// Those that the native tracer says are blocked.
+    /// Rays traced.
+    pub traced: u64,
+    /// Those that the native tracer says are blocked, or meet something.
     pub blocked: u64,
-    /// Those on which the two disagree whether they are blocked.
+    /// Those on which the two disagree whether they are blocked, or what they meet first.
     pub differing: u64,
     /// Answers that are not the referee's, but within the tolerance.
     pub tolerance: [u64; 2],
@@ -42,11 +108,11 @@ pub struct Tally {
 /// An answer that is not the referee's.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Disagreement {
-    /// The kind of segment.
+    /// The kind of ray.
     pub kind: String,
-    /// The segment.
-    pub segment: Segment,
-    /// What each says blocks it; [`NO_FACET`] when it is clear.
+    /// What was asked.
+    pub question: Question,
+    /// What each says blocks it, or is met first; [`NO_FACET`] when nothing is.
     pub answers: [u32; 2],
     /// What the referee says of that.
     pub rulings: [Ruling; 2],
@@ -61,7 +127,7 @@ impl Disagreement {
     }
 }
 
-/// Both tracers on many segments.
+/// Both tracers on many rays.
 #[derive(Clone, Debug, Default)]
 pub struct RayComparison {
     /// By kind.
@@ -71,6 +137,13 @@ pub struct RayComparison {
 }
 
 impl RayComparison {
+    /// Takes over what was found of other rays.
+    pub fn extend(&mut self, other: RayComparison) {
+        self.tallies.extend(other.tallies);
+        self.worst.extend(other.worst);
+        keep_worst(&mut self.worst);
+    }
+
     /// The sum over all kinds.
     pub fn total(&self) -> Tally {
         let mut total = Tally { name: "all".to_owned(), ..Tally::default() };
@@ -81,7 +154,7 @@ impl RayComparison {
 
 impl Tally {
     fn add(&mut self, other: &Tally) {
-        self.segments += other.segments;
+        self.traced += other.traced;
         self.blocked += other.blocked;
         self.differing += other.differing;
         for side in 0..2 {
@@ -91,11 +164,16 @@ impl Tally {
         }
     }
 
-    fn count(&mut self, answers: [u32; 2], rulings: &[Ruling; 2]) {
-        let [native, other] = answers.map(|facet| facet != NO_FACET);
-        self.segments += 1;
-        self.blocked += u64::from(native);
-        self.differing += u64::from(native != other);
+    fn count(&mut self, question: Question, answers: [u32; 2], rulings: &[Ruling; 2]) {
+        let is_met = answers.map(|facet| facet != NO_FACET);
+        let differ = match question {
+            // Which of several blockers is named is up to the tracer.
+            Question::Segment(_) => is_met[0] != is_met[1],
+            Question::Ray(_) => answers[0] != answers[1],
+        };
+        self.traced += 1;
+        self.blocked += u64::from(is_met[0]);
+        self.differing += u64::from(differ);
         for (side, ruling) in rulings.iter().enumerate() {
             match ruling.standing {
                 Standing::Right => {}
@@ -109,7 +187,7 @@ impl Tally {
 
 /// About `count` segments made by rule, the same for the same mesh: half of them random, an eighth from far away,
 /// the others hard to decide.
-pub fn made_batches(mesh: &TraceMesh, count: usize) -> Vec<Batch> {
+pub fn made_batches(mesh: &TraceMesh, count: usize) -> Vec<Batch<Segment>> {
     let batch = |name, segments: Vec<Segment>| Batch {
         name,
         packets: segments.chunks(PACKET).map(<[Segment]>::to_vec).collect(),
@@ -130,21 +208,11 @@ pub fn made_batches(mesh: &TraceMesh, count: usize) -> Vec<Batch> {
     batches
 }
 
-/// What both say blocks each segment of a packet.
-pub fn answers_of(tracers: [&dyn Tracer; 2], packet: &[Segment]) -> Vec<[u32; 2]> {
-    let [native, other] = tracers.map(|tracer| {
-        let mut blockers = vec![NO_FACET; packet.len()];
-        tracer.blockers(packet, Candidates::All, &mut blockers, &mut FilterAudit::default());
-        blockers
-    });
-    native.into_iter().zip(other).map(|(a, b)| [a, b]).collect()
-}
-
-/// Traces every segment with both tracers against the whole scene; the same answer for any number of threads.
-pub fn compare_rays(
+/// Traces everything with both tracers against the whole scene; the same answer for any number of threads.
+pub fn compare_rays<T: Ask>(
     referee: &Referee<'_>,
     tracers: [&dyn Tracer; 2],
-    batches: &[Batch],
+    batches: &[Batch<T>],
     advance: &(dyn Fn(u64) + Sync),
 ) -> RayComparison {
     let mut found = RayComparison::default();
@@ -155,12 +223,12 @@ pub fn compare_rays(
             .map(|packets| {
                 let (mut tally, mut disagreements) = (Tally::default(), Vec::new());
                 for packet in packets {
-                    for (&segment, answers) in packet.iter().zip(answers_of(tracers, packet)) {
-                        let rulings = referee.rule(&segment, answers, tolerance_for(&segment));
-                        tally.count(answers, &rulings);
+                    for (asked, (answers, rulings)) in packet.iter().zip(T::ask(packet, tracers, referee)) {
+                        let question = asked.question();
+                        tally.count(question, answers, &rulings);
                         if rulings != [Ruling::RIGHT; 2] {
                             let kind = batch.name.to_owned();
-                            disagreements.push(Disagreement { kind, segment, answers, rulings });
+                            disagreements.push(Disagreement { kind, question, answers, rulings });
                         }
                     }
                 }

@@ -1,9 +1,10 @@
 //! Who is right when two tracers disagree about a segment: within rounding of an edge or an end both may be,
 //! anywhere else one is wrong. The referee tests every triangle in double precision.
 
-use super::distance::{distance_to_change, lies_in_plane};
+use super::distance::{distance_between, distance_from_plane, distance_to_change, lies_in_plane};
 use crate::hierarchy::TOLERANCE;
-use crate::tracer::{BruteTracer, NO_FACET, Segment, TraceMesh};
+use crate::tracer::{BruteTracer, Hit, NO_FACET, Ray, Segment, TraceMesh, Tracer};
+use glam::DVec3;
 use serde::Serialize;
 
 /// One rounding to single precision of a coordinate of about 1.
@@ -52,6 +53,18 @@ pub fn tolerance_for(segment: &Segment) -> f64 {
     TOLERANCE * reach(segment)
 }
 
+/// The same for a ray; the scene goes from about −1 to 1.
+pub fn tolerance_for_ray(ray: &Ray) -> f64 {
+    TOLERANCE * ray.origin.abs().max_element().max(1.0) as f64
+}
+
+/// Further than anything in a scene is from anything else, in units of the largest coordinate.
+const FAR: f64 = 10.0;
+
+fn point_at(ray: &Ray, hit: Hit) -> DVec3 {
+    ray.origin.as_dvec3() + ray.direction.as_dvec3() * hit.t as f64
+}
+
 /// Settles disagreements on one mesh.
 pub struct Referee<'a> {
     mesh: &'a TraceMesh,
@@ -89,6 +102,64 @@ impl<'a> Referee<'a> {
             },
             facet => self.off(segment, facet, tolerance),
         })
+    }
+
+    /// The first thing that a ray meets.
+    pub fn first_hit(&self, ray: &Ray) -> Option<Hit> {
+        let mut hits = [None];
+        self.judge.first_hits(&[*ray], &mut hits);
+        hits[0]
+    }
+
+    /// Judges what two tracers say a ray meets first. `tolerance` is a local length.
+    ///
+    /// Where both name the same facet and meet it in its plane nobody is asked.
+    pub fn rule_hits(&self, ray: &Ray, answers: [Option<Hit>; 2], tolerance: f64) -> [Ruling; 2] {
+        let facets = answers.map(|hit| hit.map(|hit| hit.facet));
+        let is_on_it = |hit: Hit| distance_from_plane(self.mesh, hit.facet, point_at(ray, hit)) <= tolerance;
+        if facets[0] == facets[1] && answers.iter().flatten().all(|&hit| is_on_it(hit)) {
+            return [Ruling::RIGHT; 2];
+        }
+        let expected = self.first_hit(ray);
+        answers.map(|got| {
+            let facet = got.or(expected).map_or(NO_FACET, |hit| hit.facet);
+            let distance = self.hit_off_by(ray, got, expected);
+            let along = Segment { from: ray.origin, to: ray.origin + ray.direction, skip: [NO_FACET; 2] };
+            let is_in_plane =
+                |hit: Hit| lies_in_plane(self.mesh, hit.facet, &along, ROUNDING * reach(&along));
+            let is_same = got.map(|hit| hit.facet) == expected.map(|hit| hit.facet);
+            let standing = match distance <= tolerance {
+                true if is_same => return Ruling::RIGHT,
+                true => Standing::Tolerance,
+                false if got.is_some_and(is_in_plane) => Standing::InPlane,
+                false => Standing::Wrong,
+            };
+            Ruling { standing, distance, facet }
+        })
+    }
+
+    /// How far a ray is from the outline of a facet, and its start from the facet itself.
+    pub fn distance_from_outline(&self, ray: &Ray, facet: u32) -> f64 {
+        let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3().normalize_or_zero());
+        let far = FAR * origin.abs().max_element().max(1.0);
+        distance_between(self.mesh, facet, [origin, origin + direction * far])
+    }
+
+    /// How far a ray, or what it meets, would have to be moved to make an answer the expected one.
+    fn hit_off_by(&self, ray: &Ray, got: Option<Hit>, expected: Option<Hit>) -> f64 {
+        let to_outline = |hit: Hit| self.distance_from_outline(ray, hit.facet);
+        let to_plane = |of: Hit, at: Hit| distance_from_plane(self.mesh, of.facet, point_at(ray, at));
+        match (got, expected) {
+            (Some(g), Some(e)) if g.facet == e.facet => to_plane(e, g),
+            // One is a false hit or the other was missed, unless they are met in the same place.
+            (Some(g), Some(e)) => {
+                let is_met = self.judge.hit_on(ray, g.facet).is_some();
+                let same_place = if is_met { to_plane(e, g).max(to_plane(g, e)) } else { f64::INFINITY };
+                same_place.min(to_outline(if g.t < e.t { g } else { e }))
+            }
+            (Some(hit), None) | (None, Some(hit)) => to_outline(hit),
+            (None, None) => 0.0,
+        }
     }
 
     /// The ruling on "clear" where another tracer names a facet.
@@ -170,7 +241,7 @@ mod tests {
         assert_eq!(standings(beside, [0, NO_FACET]), [Standing::Tolerance, Standing::Right]);
         let inside = along_z(0.999_999, -1.0, 2.0);
         assert_eq!(standings(inside, [NO_FACET, 1]), [Standing::Tolerance, Standing::Right]);
-        let short = along_z(0.5, -1.0, 0.0);
+        let short = along_z(0.5, -1.0, 1e-6);
         assert_eq!(standings(short, [0, NO_FACET]), [Standing::Tolerance, Standing::Right]);
     }
 
@@ -197,6 +268,22 @@ mod tests {
     fn a_facet_that_an_end_lies_on_never_blocks() {
         let segment = Segment { skip: [0, NO_FACET], ..along_z(0.5, 0.0, 2.0) };
         assert_eq!(standings(segment, [0, 1]), [Standing::Wrong, Standing::Right]);
+    }
+
+    #[test]
+    fn first_hits_are_judged_by_where_they_are() {
+        let mesh = squares();
+        let referee = Referee::new(&mesh);
+        let ray = |x: f32| Ray { origin: Vec3::new(x, 0.1, -1.0), direction: Vec3::new(0.0, 0.0, 0.5) };
+        let hit = |facet: u32, t: f32| Some(Hit { facet, triangle: 2 * facet, t });
+        let standings = |x: f32, answers| referee.rule_hits(&ray(x), answers, TOLERANCE).map(|r| r.standing);
+        assert_eq!(standings(0.5, [hit(0, 2.0), hit(0, 2.000_002)]), [Standing::Right; 2]);
+        assert_eq!(standings(0.5, [hit(0, 2.0), hit(0, 2.1)]), [Standing::Right, Standing::Wrong]);
+        assert_eq!(standings(0.5, [hit(1, 4.0), hit(0, 2.0)]), [Standing::Wrong, Standing::Right]);
+        assert_eq!(standings(0.5, [None, hit(0, 2.0)]), [Standing::Wrong, Standing::Right]);
+        assert_eq!(standings(1.5, [None, hit(0, 2.0)]), [Standing::Right, Standing::Wrong]);
+        assert_eq!(standings(0.999_999, [hit(1, 4.0), hit(0, 2.0)]), [Standing::Tolerance, Standing::Right]);
+        assert_eq!(standings(1.000_001, [None, hit(0, 2.0)]), [Standing::Right, Standing::Tolerance]);
     }
 
     #[test]

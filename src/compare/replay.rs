@@ -1,12 +1,13 @@
-//! Files of segments to be traced again, one by one.
+//! Files of rays to be traced again, one by one.
 //!
-//! The first line names the format and its version, the second the geometry; then a line for each segment: both ends
-//! in local coordinates, the facets they lie on (`-` for none), and the kind. `#` begins a comment.
+//! The first line names the format and its version, the second the geometry; then a line for each ray, in local
+//! coordinates: `segment` with both ends, the facets they lie on (`-` for none) and the kind, or `ray` with origin,
+//! direction and the kind. `#` begins a comment.
 
-use super::rays::Disagreement;
+use super::rays::{Disagreement, Question};
 use crate::image::write::{FillError, OutputError, write_atomically};
 use crate::math::hash_pair;
-use crate::tracer::{NO_FACET, Segment, TraceMesh};
+use crate::tracer::{NO_FACET, Ray, Segment, TraceMesh};
 use glam::Vec3;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -17,13 +18,13 @@ const HEADING: &str = "lightshaft replay";
 /// Of the format.
 const VERSION: u32 = 1;
 
-/// A segment of a file.
+/// A ray of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Replayed {
-    /// The kind of segment that it was.
+    /// The kind of ray that it was.
     pub kind: String,
-    /// The segment.
-    pub segment: Segment,
+    /// What was asked.
+    pub question: Question,
 }
 
 /// What is wrong with a replay file; displays as one line `path:line: …`.
@@ -96,28 +97,28 @@ pub fn write_replay(
     explain: &dyn Fn(&Disagreement) -> String,
 ) -> Result<(), OutputError> {
     let mut text = format!("{HEADING} {VERSION}\ngeometry {}\n", fingerprint(mesh));
-    text += "# from x y z, to x y z (local coordinates), facets at the two ends, kind\n";
+    text += "# segment: from x y z, to x y z, facets at the two ends, kind; ray: origin x y z, direction x y z, kind\n";
     for disagreement in disagreements {
-        let Segment { from, to, skip } = disagreement.segment;
-        let [a, b] = skip.map(|facet| if facet == NO_FACET { "-".to_owned() } else { facet.to_string() });
         // Writing to a string cannot fail. Numbers are as short as they can be and still read back the same.
-        let _ = writeln!(
-            text,
-            "# {}\n{:e} {:e} {:e} {:e} {:e} {:e} {a} {b} {}",
-            explain(disagreement),
-            from.x,
-            from.y,
-            from.z,
-            to.x,
-            to.y,
-            to.z,
-            disagreement.kind
-        );
+        let _ = writeln!(text, "# {}", explain(disagreement));
+        let numbers = |points: [Vec3; 2]| {
+            let words = points.iter().flat_map(|p| p.to_array()).map(|x| format!("{x:e}"));
+            words.collect::<Vec<_>>().join(" ")
+        };
+        let _ = match disagreement.question {
+            Question::Segment(Segment { from, to, skip }) => {
+                let [a, b] = skip.map(|f| if f == NO_FACET { "-".to_owned() } else { f.to_string() });
+                writeln!(text, "segment {} {a} {b} {}", numbers([from, to]), disagreement.kind)
+            }
+            Question::Ray(Ray { origin, direction }) => {
+                writeln!(text, "ray {} {}", numbers([origin, direction]), disagreement.kind)
+            }
+        };
     }
     write_atomically(path, |file| file.write_all(text.as_bytes()).map_err(FillError::Io))
 }
 
-/// Reads the segments of a file that was written for this mesh.
+/// Reads the rays of a file that was written for this mesh.
 ///
 /// # Errors
 /// When the file cannot be read, is of another version or for another mesh, or a line is malformed.
@@ -143,21 +144,22 @@ pub fn read_replay(path: &Path, mesh: &TraceMesh) -> Result<Vec<Replayed>, Repla
     if found != wanted {
         return Err(ReplayError::OtherGeometry { path: path.to_owned(), found: shown(&found), wanted });
     }
-    let mut segments = Vec::new();
+    let mut rays = Vec::new();
     for (number, line) in lines {
         let bare = line.trim();
         if !bare.is_empty() && !bare.starts_with('#') {
-            segments.push(parse(bare, mesh).map_err(|message| malformed(number, message))?);
+            rays.push(parse(bare, mesh).map_err(|message| malformed(number, message))?);
         }
     }
-    Ok(segments)
+    Ok(rays)
 }
 
-/// One segment from its line.
+/// One ray from its line.
 fn parse(line: &str, mesh: &TraceMesh) -> Result<Replayed, String> {
     let words: Vec<&str> = line.split_whitespace().collect();
-    let Some((numbers, [first, second, kind @ ..])) = words.split_at_checked(6) else {
-        return Err(format!("{} words where six numbers, two facets and a kind are needed", words.len()));
+    let Some((what, rest)) = words.split_first() else { return Err("nothing is here".to_owned()) };
+    let Some((numbers, rest)) = rest.split_at_checked(6) else {
+        return Err(format!("{} numbers where six are needed", rest.len()));
     };
     let mut coordinates = [0.0f32; 6];
     for (coordinate, word) in coordinates.iter_mut().zip(numbers) {
@@ -166,21 +168,27 @@ fn parse(line: &str, mesh: &TraceMesh) -> Result<Replayed, String> {
             _ => return Err(format!("'{}' is no finite number", shown(word))),
         };
     }
+    let [a, b, c, d, e, f] = coordinates;
+    let points = [Vec3::new(a, b, c), Vec3::new(d, e, f)];
     let facets = mesh.first_triangle.len() as u32 - 1;
     let facet = |word: &str| match word.parse() {
         _ if word == "-" => Ok(NO_FACET),
         Ok(facet) if facet < facets => Ok(facet),
         _ => Err(format!("'{}' is no facet; there are {facets}, and '-' is none", shown(word))),
     };
-    let [a, b, c, d, e, f] = coordinates;
-    let skip = [facet(first)?, facet(second)?];
+    let (question, kind) = match (*what, rest) {
+        ("segment", [first, second, kind @ ..]) => {
+            let skip = [facet(first)?, facet(second)?];
+            (Question::Segment(Segment { from: points[0], to: points[1], skip }), kind)
+        }
+        ("segment", _) => return Err("the facets at the ends are missing; '-' is none".to_owned()),
+        ("ray", kind) => (Question::Ray(Ray { origin: points[0], direction: points[1] }), kind),
+        _ => return Err(format!("'{}' is neither 'segment' nor 'ray'", shown(what))),
+    };
     if kind.is_empty() {
-        return Err("the kind of segment is missing".to_owned());
+        return Err("the kind of ray is missing".to_owned());
     }
-    Ok(Replayed {
-        kind: kind.join(" "),
-        segment: Segment { from: Vec3::new(a, b, c), to: Vec3::new(d, e, f), skip },
-    })
+    Ok(Replayed { kind: kind.join(" "), question })
 }
 
 /// Text from a file as a message shows it.
@@ -204,16 +212,17 @@ mod tests {
     }
 
     fn disagreements() -> Vec<Disagreement> {
-        let of = |segment| Disagreement {
-            kind: "close beside edges".to_owned(),
-            segment,
-            answers: [0, NO_FACET],
-            rulings: [Ruling::RIGHT; 2],
+        let of = |mut segment: Segment, index: usize| {
+            if index == 7 {
+                segment.skip = [0, NO_FACET];
+                segment.from = Vec3::new(-0.0, 1e-42, f32::MAX);
+            }
+            let ray = Ray { origin: segment.from, direction: segment.to };
+            let question = if index % 3 == 0 { Question::Ray(ray) } else { Question::Segment(segment) };
+            let kind = "close beside edges".to_owned();
+            Disagreement { kind, question, answers: [0, NO_FACET], rulings: [Ruling::RIGHT; 2] }
         };
-        let mut all: Vec<Disagreement> = random_segments(50, 3).into_iter().map(of).collect();
-        all[7].segment.skip = [0, NO_FACET];
-        all[8].segment.from = Vec3::new(-0.0, 1e-42, f32::MAX);
-        all
+        random_segments(50, 3).into_iter().zip(0..).map(|(segment, index)| of(segment, index)).collect()
     }
 
     /// What the reader makes of a file with this content.
@@ -232,12 +241,15 @@ mod tests {
     }
 
     #[test]
-    fn segments_read_back_to_the_last_bit() {
-        let bits = |s: &Segment| ([s.from, s.to].map(|p| p.to_array().map(f32::to_bits)), s.skip);
+    fn rays_read_back_to_the_last_bit() {
+        let bits = |question: &Question| match question {
+            Question::Segment(s) => ([s.from, s.to].map(|p| p.to_array().map(f32::to_bits)), s.skip),
+            Question::Ray(r) => ([r.origin, r.direction].map(|p| p.to_array().map(f32::to_bits)), [8; 2]),
+        };
         let read = read(written()).expect("a replay file");
         assert_eq!(read.len(), 50);
         for (read, written) in read.iter().zip(disagreements()) {
-            assert_eq!(bits(&read.segment), bits(&written.segment));
+            assert_eq!(bits(&read.question), bits(&written.question));
             assert_eq!(read.kind, written.kind);
         }
     }
@@ -256,18 +268,21 @@ mod tests {
     }
 
     #[test]
-    fn the_line_that_is_no_segment_is_named() {
+    fn the_line_that_is_no_ray_is_named() {
         let head = format!("lightshaft replay 1\ngeometry {}\n\n# why\n", fingerprint(&mesh()));
-        assert_eq!(read(&head).expect("no segments"), []);
+        assert_eq!(read(&head).expect("no rays"), []);
         for (bad, part) in [
-            ("0 0 0 1 1 1 -", "7 words"),
-            ("0 0 0 1 1 one - - random", "'one' is no finite number"),
-            ("0 0 0 1 1 inf - - random", "'inf' is no finite number"),
-            ("0 0 0 1 1 1 1 - random", "'1' is no facet"),
-            ("0 0 0 1 1 1 - -1 random", "'-1' is no facet"),
-            ("0 0 0 1 1 1 - -", "kind"),
+            ("segment 0 0 0 1 1", "5 numbers"),
+            ("segment 0 0 0 1 1 1 -", "facets"),
+            ("segment 0 0 0 1 1 one - - random", "'one' is no finite number"),
+            ("ray 0 0 0 1 1 inf random", "'inf' is no finite number"),
+            ("segment 0 0 0 1 1 1 1 - random", "'1' is no facet"),
+            ("segment 0 0 0 1 1 1 - -1 random", "'-1' is no facet"),
+            ("segment 0 0 0 1 1 1 - -", "kind"),
+            ("ray 0 0 0 1 1 1", "kind"),
+            ("line 0 0 0 1 1 1 random", "'line' is neither"),
         ] {
-            let error = read(format!("{head}0 0 0 1 1 1 0 - random\n{bad}\n")).expect_err(bad);
+            let error = read(format!("{head}segment 0 0 0 1 1 1 0 - random\n{bad}\n")).expect_err(bad);
             assert!(matches!(error, ReplayError::Malformed { line: 6, .. }), "{error}");
             assert!(error.to_string().contains(part), "{error}");
         }

@@ -2,52 +2,63 @@
 
 use std::fmt::Write;
 
+use glam::Vec3;
 use serde::Serialize;
 
 use super::profile::Spread;
 use super::text::aligned;
 use crate::compare::{
     Comparison, Disagreement, EXITANCE_LIMIT, ExitanceDifference, LinkDifferences, PictureDifference,
-    Standing, Tally,
+    Question, Standing, Tally,
 };
 use crate::hierarchy::Hierarchy;
 use crate::tracer::NO_FACET;
 
-/// One segment of a replay file, traced again.
-pub struct ReplayedSegment {
+/// One ray of a replay file, traced again.
+pub struct ReplayedRay {
     /// What each tracer said of it in a packet, and the referee of that.
     pub in_packet: Disagreement,
     /// What each says of it alone.
     pub alone: [u32; 2],
-    /// What the referee says blocks it, and how far it is from where that would change, local units.
-    pub blockers: Vec<(u32, f64)>,
+    /// What the referee says blocks it, or is met first, and how far from there that would change, local units.
+    pub expected: Vec<(u32, f64)>,
 }
 
-impl ReplayedSegment {
+impl ReplayedRay {
     /// Several lines; ends with a newline.
     pub fn text(&self, hierarchy: &Hierarchy, tracers: [&str; 2]) -> String {
         let found = DescribedDisagreement::new(hierarchy, &self.in_packet);
-        let segment = self.in_packet.segment;
+        let [from, to] = ends(&self.in_packet.question);
         // Writing to a string cannot fail.
         let mut text = format!("{}\n", found.line(&tracers.map(str::to_owned)));
-        let _ = writeln!(text, "  local {:?} to {:?}", segment.from.to_array(), segment.to.to_array());
-        for facet in segment.skip.into_iter().filter(|&facet| facet != NO_FACET) {
-            let _ = writeln!(text, "  an end is on {}", facet_name(hierarchy, facet));
+        let _ = writeln!(text, "  local {:?} to {:?}", from.to_array(), to.to_array());
+        if let Question::Segment(segment) = self.in_packet.question {
+            for facet in segment.skip.into_iter().filter(|&facet| facet != NO_FACET) {
+                let _ = writeln!(text, "  an end is on {}", facet_name(hierarchy, facet));
+            }
         }
         for (side, tracer) in tracers.into_iter().enumerate() {
             if self.alone[side] != self.in_packet.answers[side] {
                 let _ = writeln!(text, "  {tracer}, alone: {}", facet_name(hierarchy, self.alone[side]));
             }
         }
-        if self.blockers.is_empty() {
+        if self.expected.is_empty() {
             let _ = writeln!(text, "  referee: clear");
         }
-        for &(facet, distance) in &self.blockers {
+        for &(facet, distance) in &self.expected {
             let distance = distance * hierarchy.frame.scene_units_per_local();
             let name = facet_name(hierarchy, facet);
             let _ = writeln!(text, "  referee: {name}; its nearest edge or end is {distance:.1e} away");
         }
         text
+    }
+}
+
+/// Both ends of a segment, or where a ray starts and a point on its way.
+fn ends(question: &Question) -> [Vec3; 2] {
+    match *question {
+        Question::Segment(segment) => [segment.from, segment.to],
+        Question::Ray(ray) => [ray.origin, ray.origin + ray.direction],
     }
 }
 
@@ -62,7 +73,7 @@ pub struct CompareReport {
     pub threads: usize,
     /// Whether no ray was wrong and the light is the same.
     pub agree: bool,
-    /// By kind of segment, and all together.
+    /// By kind of ray, and all together.
     pub rays: Vec<Tally>,
     /// The worst answers, worst first.
     pub worst: Vec<DescribedDisagreement>,
@@ -83,11 +94,11 @@ pub struct CompareReport {
 /// A disagreement for people.
 #[derive(Clone, Debug, Serialize)]
 pub struct DescribedDisagreement {
-    /// The kind of segment.
+    /// The kind of ray.
     pub kind: String,
-    /// Both ends, scene units.
+    /// Where it begins, scene units.
     pub from: [f64; 3],
-    /// See `from`.
+    /// Where it ends, or a point on its way if it has no end.
     pub to: [f64; 3],
     /// What each tracer says.
     pub answers: [String; 2],
@@ -101,8 +112,8 @@ impl DescribedDisagreement {
     /// With places in scene units.
     pub fn new(hierarchy: &Hierarchy, disagreement: &Disagreement) -> DescribedDisagreement {
         let frame = &hierarchy.frame;
-        let segment = disagreement.segment;
-        let [from, to] = [segment.from, segment.to].map(|p| frame.scene_from_local(p.as_dvec3()).to_array());
+        let [from, to] =
+            ends(&disagreement.question).map(|p| frame.scene_from_local(p.as_dvec3()).to_array());
         DescribedDisagreement {
             kind: disagreement.kind.clone(),
             from,
@@ -181,7 +192,7 @@ impl CompareReport {
         let mut reasons = Vec::new();
         if let Some(total) = self.rays.last() {
             for (tracer, wrong) in self.tracers.iter().zip(total.wrong).filter(|&(_, wrong)| wrong > 0) {
-                reasons.push(format!("{wrong} of {} rays are wrong in {tracer}", total.segments));
+                reasons.push(format!("{wrong} of {} rays are wrong in {tracer}", total.traced));
             }
         }
         let relative = self.exitance.relative_rms();
@@ -231,7 +242,7 @@ impl CompareReport {
         let wrong: u64 = total.wrong.iter().sum();
         let mut text = format!(
             "Of {} rays they decide {} differently. The referee finds {off} answers off by rounding and {wrong} wrong.\n",
-            total.segments, total.differing
+            total.traced, total.differing
         );
         // Writing to a string cannot fail.
         let _ = writeln!(
@@ -262,9 +273,9 @@ impl CompareReport {
                 let [a, b] = [0, 1].map(|side| [t.tolerance[side], t.in_plane[side], t.wrong[side]]);
                 let [a1, a2, a3] = a.map(|count| count.to_string());
                 let [b1, b2, b3] = b.map(|count| count.to_string());
-                let [segments, blocked, differing] =
-                    [t.segments, t.blocked, t.differing].map(|count| count.to_string());
-                [t.name.clone(), segments, blocked, differing, a1, a2, a3, b1, b2, b3]
+                let [traced, blocked, differing] =
+                    [t.traced, t.blocked, t.differing].map(|count| count.to_string());
+                [t.name.clone(), traced, blocked, differing, a1, a2, a3, b1, b2, b3]
             })
             .collect();
         let of = |what: &str, side: usize| format!("{}: {what}", self.tracers[side]);
@@ -341,7 +352,7 @@ mod tests {
     use super::*;
 
     fn report(wrong: u64, squares: f64) -> CompareReport {
-        let tally = Tally { name: "all".to_owned(), segments: 900, wrong: [0, wrong], ..Tally::default() };
+        let tally = Tally { name: "all".to_owned(), traced: 900, wrong: [0, wrong], ..Tally::default() };
         let exitance = ExitanceDifference {
             mean_reflected: 2.0,
             rms: squares,

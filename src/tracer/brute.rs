@@ -32,6 +32,13 @@ impl BruteTracer {
         found
     }
 
+    /// Where a ray meets a facet first, in units of its direction.
+    pub fn hit_on(&self, ray: &Ray, facet: u32) -> Option<f64> {
+        let [first, end] = [0, 1].map(|i| self.mesh.first_triangle[facet as usize + i]);
+        let probe = Probe::new(ray.origin, ray.direction);
+        (first..end).filter_map(|t| probe.meet(&self.mesh, t)).filter(|&t| t > 0.0).min_by(f64::total_cmp)
+    }
+
     /// The facets of those of some triangles that a segment meets between its ends.
     fn met(&self, segment: &Segment, triangles: Range<u32>) -> impl Iterator<Item = u32> + '_ {
         let [near, far] = segment.open_part().map(f64::from);

@@ -1,18 +1,11 @@
 //! What rays meet first. A failure means that light gathered at a point depends on which tracer found its way.
 
-use glam::DVec3;
-use lightshaft::compare::{FAMILIES, Family, distance_between, lies_in_plane, random_segments, segments};
+use lightshaft::compare::{FAMILIES, Family, Referee, Ruling, Standing, random_segments, segments};
 use lightshaft::hierarchy::TOLERANCE;
 use lightshaft::tracer::{BruteTracer, Hit, PACKET, Ray, Segment, TraceMesh, Tracer};
 
 use crate::meshes::{shell, soup, tiny_and_huge};
 use crate::tracers;
-
-/// Further than anything in a mesh is from anything else.
-const FAR: f64 = 10.0;
-
-/// One rounding to single precision.
-const ROUNDING: f64 = 1.2e-7;
 
 /// What came of a comparison.
 #[derive(Clone, Copy, Debug, Default)]
@@ -43,65 +36,21 @@ pub(crate) fn first_hits(tracer: &dyn Tracer, rays: &[Ray]) -> Vec<Option<Hit>> 
 
 /// Compares a tracer with the exhaustive one; the tolerance is a local length.
 pub(crate) fn compare_hits(tolerance: f64, mesh: &TraceMesh, tracer: &dyn Tracer, rays: &[Ray]) -> Hits {
+    let referee = Referee::new(mesh);
     let expected = first_hits(&BruteTracer::new(mesh), rays);
     let mut hits = Hits::default();
     for ((ray, got), expected) in rays.iter().zip(first_hits(tracer, rays)).zip(expected) {
         hits.met += usize::from(expected.is_some());
-        if got == expected {
-            continue;
-        }
-        let is_edge_on = |hit: Hit| {
-            let segment = Segment { from: ray.origin, to: ray.origin + ray.direction, skip: [hit.facet; 2] };
-            lies_in_plane(mesh, hit.facet, &segment, ROUNDING)
-        };
-        if how_far_off(mesh, ray, got, expected) <= tolerance {
-            hits.within_tolerance += usize::from(got.map(|hit| hit.facet) != expected.map(|hit| hit.facet));
-        } else if got.is_some_and(is_edge_on) {
-            hits.edge_on += 1;
-        } else {
-            hits.wrong += 1;
+        let [ruling, of_the_judge] = referee.rule_hits(ray, [got, expected], tolerance);
+        assert_eq!(of_the_judge, Ruling::RIGHT);
+        match ruling.standing {
+            Standing::Right => {}
+            Standing::Tolerance => hits.within_tolerance += 1,
+            Standing::InPlane => hits.edge_on += 1,
+            Standing::Wrong => hits.wrong += 1,
         }
     }
     hits
-}
-
-/// How far the ray, or what it meets, would have to be moved to make the answer right.
-fn how_far_off(mesh: &TraceMesh, ray: &Ray, got: Option<Hit>, expected: Option<Hit>) -> f64 {
-    let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
-    let ends = [origin, origin + direction.normalize_or_zero() * FAR];
-    let to_outline = |hit: Hit| distance_between(mesh, hit.facet, ends);
-    let to_plane = |of: Hit, at: Hit| distance_from_plane(mesh, of.facet, origin + direction * at.t as f64);
-    match (got, expected) {
-        (Some(g), Some(e)) if g.facet == e.facet => to_plane(e, g),
-        // One is a false hit or the other was missed, unless they are met in the same place.
-        (Some(g), Some(e)) => {
-            let same_place =
-                if is_met(mesh, g, ends) { to_plane(e, g).max(to_plane(g, e)) } else { f64::INFINITY };
-            same_place.min(to_outline(if g.t < e.t { g } else { e }))
-        }
-        (Some(hit), None) | (None, Some(hit)) => to_outline(hit),
-        (None, None) => 0.0,
-    }
-}
-
-/// Whether the facet of a hit is met at all.
-fn is_met(mesh: &TraceMesh, hit: Hit, [from, to]: [DVec3; 2]) -> bool {
-    let alone = TraceMesh {
-        positions: mesh.positions.clone(),
-        triangles: mesh.triangles_of(hit.facet).to_vec(),
-        first_triangle: vec![0, mesh.triangles_of(hit.facet).len() as u32],
-        facet_of_triangle: vec![0; mesh.triangles_of(hit.facet).len()],
-    };
-    let ray = Ray { origin: from.as_vec3(), direction: (to - from).as_vec3() };
-    first_hits(&BruteTracer::new(&alone), &[ray])[0].is_some()
-}
-
-fn distance_from_plane(mesh: &TraceMesh, facet: u32, point: DVec3) -> f64 {
-    let distance = mesh.triangles_of(facet).iter().map(|t| {
-        let [a, b, c] = t.map(|v| mesh.positions[v as usize].as_dvec3());
-        (b - a).cross(c - a).normalize_or_zero().dot(point - a).abs()
-    });
-    distance.fold(f64::INFINITY, f64::min)
 }
 
 const COUNT: usize = 4000;

@@ -1,44 +1,45 @@
-//! The segments of a real solve: a tracer that keeps some of the packets it is asked about.
+//! The rays of real work: a tracer that keeps some of the packets it is asked about.
 
 use crate::math::hash_pair;
-use crate::tracer::{Candidates, FilterAudit, Hit, Ray, Segment, Tracer};
+use crate::tracer::{Candidates, FilterAudit, Hit, NO_FACET, Ray, Segment, Tracer};
+use glam::Vec3;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-/// Packets that are kept of a solve, at most.
-const KEPT: usize = 1 << 14;
+/// Packets that are kept, at most.
+const KEPT: usize = 1 << 16;
 
 /// The packets whose hashes are smallest: the same ones whatever the number of threads and the order.
 #[derive(Debug)]
-pub struct KeptPackets {
-    by_hash: Mutex<BTreeMap<u64, Vec<Segment>>>,
+pub struct KeptPackets<T> {
+    by_hash: Mutex<BTreeMap<u64, Vec<T>>>,
     /// Hashes from here on are of no use.
     most: AtomicU64,
 }
 
-impl Default for KeptPackets {
-    fn default() -> KeptPackets {
+impl<T> Default for KeptPackets<T> {
+    fn default() -> KeptPackets<T> {
         KeptPackets { by_hash: Mutex::default(), most: AtomicU64::new(u64::MAX) }
     }
 }
 
-impl KeptPackets {
+impl<T: Clone> KeptPackets<T> {
     /// The packets, as they were cast.
-    pub fn into_packets(self) -> Vec<Vec<Segment>> {
+    pub fn into_packets(self) -> Vec<Vec<T>> {
         self.by_hash.into_inner().unwrap_or_else(PoisonError::into_inner).into_values().collect()
     }
 
-    fn keep(&self, segments: &[Segment]) {
-        let hash = hash_of(segments);
+    /// The hash is that of the first of a packet.
+    fn keep(&self, hash: u64, packet: &[T]) {
         if hash >= self.most.load(Ordering::Relaxed) {
             return;
         }
         let mut kept = self.by_hash.lock().unwrap_or_else(PoisonError::into_inner);
         // Those of a pair begin alike: the longest says most.
-        let packet = kept.entry(hash).or_default();
-        if packet.len() < segments.len() {
-            *packet = segments.to_vec();
+        let longest = kept.entry(hash).or_default();
+        if longest.len() < packet.len() {
+            *longest = packet.to_vec();
         }
         if kept.len() > KEPT
             && let Some((largest, _)) = kept.pop_last()
@@ -52,14 +53,14 @@ impl KeptPackets {
 pub struct Recorder<'a> {
     /// Who answers.
     pub tracer: &'a dyn Tracer,
-    /// Where packets go.
-    pub kept: &'a KeptPackets,
+    /// Where packets of segments go.
+    pub segments: &'a KeptPackets<Segment>,
+    /// Where packets of rays go.
+    pub rays: &'a KeptPackets<Ray>,
 }
 
-/// By the first segment of a packet.
-fn hash_of(segments: &[Segment]) -> u64 {
-    let Some(Segment { from, to, skip }) = segments.first() else { return u64::MAX };
-    let words = [from.x, from.y, from.z, to.x, to.y, to.z].map(f32::to_bits);
+fn hash_of(a: Vec3, b: Vec3, skip: [u32; 2]) -> u64 {
+    let words = [a.x, a.y, a.z, b.x, b.y, b.z].map(f32::to_bits);
     let pair = |a: u32, b: u32| u64::from(a) << 32 | u64::from(b);
     let [a, b, c] = [pair(words[0], words[1]), pair(words[2], words[3]), pair(words[4], words[5])];
     hash_pair(hash_pair(a, b), hash_pair(c, pair(skip[0], skip[1])))
@@ -77,11 +78,16 @@ impl Tracer for Recorder<'_> {
         blockers: &mut [u32],
         audit: &mut FilterAudit,
     ) {
-        self.kept.keep(segments);
+        if let Some(first) = segments.first() {
+            self.segments.keep(hash_of(first.from, first.to, first.skip), segments);
+        }
         self.tracer.blockers(segments, candidates, blockers, audit);
     }
 
     fn first_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        if let Some(first) = rays.first() {
+            self.rays.keep(hash_of(first.origin, first.direction, [NO_FACET; 2]), rays);
+        }
         self.tracer.first_hits(rays, hits);
     }
 }
@@ -90,7 +96,7 @@ impl Tracer for Recorder<'_> {
 mod tests {
     use super::*;
     use crate::compare::random_segments;
-    use crate::tracer::{FallbackTracer, NO_FACET, PACKET, TraceMesh};
+    use crate::tracer::{FallbackTracer, PACKET, TraceMesh};
 
     fn kept(order: impl Iterator<Item = usize>, packets: &[&[Segment]]) -> Vec<Vec<Segment>> {
         let empty = FallbackTracer::new(&TraceMesh {
@@ -99,8 +105,8 @@ mod tests {
             first_triangle: vec![0, 1],
             facet_of_triangle: vec![0],
         });
-        let all = KeptPackets::default();
-        let recorder = Recorder { tracer: &empty, kept: &all };
+        let (all, rays) = (KeptPackets::default(), KeptPackets::default());
+        let recorder = Recorder { tracer: &empty, segments: &all, rays: &rays };
         for index in order {
             let mut blockers = vec![NO_FACET; packets[index].len()];
             recorder.blockers(packets[index], Candidates::All, &mut blockers, &mut FilterAudit::default());
