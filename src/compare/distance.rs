@@ -3,13 +3,23 @@
 use crate::tracer::{Segment, TraceMesh};
 use glam::DVec3;
 
-/// Whether both ends are in the plane of a facet, but for `rounding`, a local length: then all that tells where
-/// the segment meets the facet has been rounded away.
-pub(super) fn lies_in_plane(mesh: &TraceMesh, facet: u32, segment: &Segment, rounding: f64) -> bool {
+/// Whether a facet is seen edge-on along a line, but for `rounding`, a local length: the line passes no further
+/// from the lines through all three edges of one of its triangles, as seen along it. Then all that tells on which side of
+/// them it passes has been rounded away.
+pub(super) fn is_edge_on(
+    mesh: &TraceMesh,
+    facet: u32,
+    origin: DVec3,
+    direction: DVec3,
+    rounding: f64,
+) -> bool {
+    let direction = direction.normalize_or_zero();
     mesh.triangles_of(facet).iter().any(|t| {
-        let [a, b, c] = t.map(|v| mesh.positions[v as usize].as_dvec3());
-        let normal = (b - a).cross(c - a).normalize_or_zero();
-        [segment.from, segment.to].into_iter().all(|p| normal.dot(p.as_dvec3() - a).abs() < rounding)
+        let corners = t.map(|v| mesh.positions[v as usize].as_dvec3());
+        (0..3).all(|i| {
+            let edge = corners[(i + 1) % 3] - corners[i];
+            edge.cross(direction).dot(corners[i] - origin).abs() <= rounding * edge.length()
+        })
     })
 }
 

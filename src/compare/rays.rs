@@ -100,7 +100,7 @@ pub struct Tally {
     /// Answers that are not the referee's, but within the tolerance.
     pub tolerance: [u64; 2],
     /// Answers that are not the referee's, on segments in the plane of a facet.
-    pub in_plane: [u64; 2],
+    pub edge_on: [u64; 2],
     /// All other answers that are not the referee's.
     pub wrong: [u64; 2],
 }
@@ -159,7 +159,7 @@ impl Tally {
         self.differing += other.differing;
         for side in 0..2 {
             self.tolerance[side] += other.tolerance[side];
-            self.in_plane[side] += other.in_plane[side];
+            self.edge_on[side] += other.edge_on[side];
             self.wrong[side] += other.wrong[side];
         }
     }
@@ -178,7 +178,7 @@ impl Tally {
             match ruling.standing {
                 Standing::Right => {}
                 Standing::Tolerance => self.tolerance[side] += 1,
-                Standing::InPlane => self.in_plane[side] += 1,
+                Standing::EdgeOn => self.edge_on[side] += 1,
                 Standing::Wrong => self.wrong[side] += 1,
             }
         }

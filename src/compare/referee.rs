@@ -1,14 +1,11 @@
 //! Who is right when two tracers disagree about a segment: within rounding of an edge or an end both may be,
 //! anywhere else one is wrong. The referee tests every triangle in double precision.
 
-use super::distance::{distance_between, distance_from_plane, distance_to_change, lies_in_plane};
+use super::distance::{distance_between, distance_from_plane, distance_to_change, is_edge_on};
 use crate::hierarchy::TOLERANCE;
 use crate::tracer::{BruteTracer, Hit, NO_FACET, Ray, Segment, TraceMesh, Tracer};
 use glam::DVec3;
 use serde::Serialize;
-
-/// One rounding to single precision of a coordinate of about 1.
-const ROUNDING: f64 = 1.2e-7;
 
 /// What an answer is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -18,10 +15,10 @@ pub enum Standing {
     Right,
     /// The referee says otherwise, but the segment is within the tolerance of the edge or the end that decides.
     Tolerance,
-    /// The referee says otherwise, and the segment lies in the plane of the facet, but for the last digit of single
-    /// precision: all that tells where it meets the facet has been rounded away.
-    #[serde(rename = "in plane")]
-    InPlane,
+    /// The referee says otherwise, and the facet is seen edge-on: the ray passes within the tolerance of the lines
+    /// through all its edges, such as one in its plane, and on which side of them has been rounded away.
+    #[serde(rename = "edge-on")]
+    EdgeOn,
     /// The referee says otherwise, and rounding does not explain it.
     Wrong,
 }
@@ -124,14 +121,13 @@ impl<'a> Referee<'a> {
         answers.map(|got| {
             let facet = got.or(expected).map_or(NO_FACET, |hit| hit.facet);
             let distance = self.hit_off_by(ray, got, expected);
-            let along = Segment { from: ray.origin, to: ray.origin + ray.direction, skip: [NO_FACET; 2] };
-            let is_in_plane =
-                |hit: Hit| lies_in_plane(self.mesh, hit.facet, &along, ROUNDING * reach(&along));
+            let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+            let is_seen_edge_on = |hit: Hit| is_edge_on(self.mesh, hit.facet, origin, direction, tolerance);
             let is_same = got.map(|hit| hit.facet) == expected.map(|hit| hit.facet);
             let standing = match distance <= tolerance {
                 true if is_same => return Ruling::RIGHT,
                 true => Standing::Tolerance,
-                false if got.is_some_and(is_in_plane) => Standing::InPlane,
+                false if got.or(expected).is_some_and(is_seen_edge_on) => Standing::EdgeOn,
                 false => Standing::Wrong,
             };
             Ruling { standing, distance, facet }
@@ -182,10 +178,11 @@ impl<'a> Referee<'a> {
     /// The ruling on an answer that is not the referee's because of one facet.
     fn off(&self, segment: &Segment, facet: u32, tolerance: f64) -> Ruling {
         let distance = distance_to_change(self.mesh, facet, segment);
+        let [from, to] = [segment.from, segment.to].map(|end| end.as_dvec3());
         let standing = if distance <= tolerance {
             Standing::Tolerance
-        } else if lies_in_plane(self.mesh, facet, segment, ROUNDING * reach(segment)) {
-            Standing::InPlane
+        } else if is_edge_on(self.mesh, facet, from, to - from, tolerance) {
+            Standing::EdgeOn
         } else {
             Standing::Wrong
         };
@@ -260,8 +257,28 @@ mod tests {
     fn in_the_plane_of_a_facet_nothing_can_be_told() {
         let beside =
             Segment { from: Vec3::new(1.5, -1.0, 1.0), to: Vec3::new(1.6, 1.0, 1.0), skip: [NO_FACET; 2] };
-        assert_eq!(standings(beside, [1, NO_FACET]), [Standing::InPlane, Standing::Right]);
+        assert_eq!(standings(beside, [1, NO_FACET]), [Standing::EdgeOn, Standing::Right]);
         assert_eq!(standings(beside, [0, NO_FACET]), [Standing::Wrong, Standing::Right]);
+    }
+
+    /// At an angle to its plane, but so that a thin triangle looks thinner than rounding, and beyond its tip.
+    #[test]
+    fn a_sliver_seen_edge_on_cannot_be_told_from_its_lines() {
+        let mut mesh = squares();
+        let sliver = [Vec3::new(0.0, 0.0, 0.5), Vec3::new(0.0, 1e-4, 0.5), Vec3::new(0.01, 0.0, 0.5)];
+        mesh.positions.extend(sliver);
+        mesh.triangles.push([8, 9, 10]);
+        mesh.facet_of_triangle.push(2);
+        mesh.first_triangle.push(5);
+        // Along the short side, beyond the end of the long one.
+        let standing = |tilt: f32, above: f32| {
+            let (middle, along) = (Vec3::new(-2e-5, 0.0, 0.5 + above), Vec3::new(0.0, 0.4, 0.4 * tilt));
+            let segment = Segment { from: middle - along, to: middle + along, skip: [NO_FACET; 2] };
+            Referee::new(&mesh).rule(&segment, [2, NO_FACET], TOLERANCE)[0].standing
+        };
+        assert_eq!(standing(5e-3, 0.0), Standing::EdgeOn);
+        assert_eq!(standing(5e-3, 1e-5), Standing::Wrong, "it passes above");
+        assert_eq!(standing(0.5, 0.0), Standing::Wrong, "the short side is seen too");
     }
 
     #[test]

@@ -130,8 +130,8 @@ impl DescribedDisagreement {
             let standing = match self.standings[side] {
                 Standing::Right => "right".to_owned(),
                 Standing::Tolerance => format!("off by {:.1e}, within the tolerance", self.distances[side]),
-                Standing::InPlane => {
-                    format!("off by {:.1e}, in the plane of the facet", self.distances[side])
+                Standing::EdgeOn => {
+                    format!("off by {:.1e}, the facet is seen edge-on", self.distances[side])
                 }
                 Standing::Wrong => format!("WRONG by {:.1e}", self.distances[side]),
             };
@@ -238,7 +238,7 @@ impl CompareReport {
     /// The summary, without the verdict.
     fn words(&self) -> String {
         let total = self.rays.last().cloned().unwrap_or_default();
-        let off: u64 = total.tolerance.iter().chain(&total.in_plane).sum();
+        let off: u64 = total.tolerance.iter().chain(&total.edge_on).sum();
         let wrong: u64 = total.wrong.iter().sum();
         let mut text = format!(
             "Of {} rays they decide {} differently. The referee finds {off} answers off by rounding and {wrong} wrong.\n",
@@ -270,7 +270,7 @@ impl CompareReport {
             .rays
             .iter()
             .map(|t| {
-                let [a, b] = [0, 1].map(|side| [t.tolerance[side], t.in_plane[side], t.wrong[side]]);
+                let [a, b] = [0, 1].map(|side| [t.tolerance[side], t.edge_on[side], t.wrong[side]]);
                 let [a1, a2, a3] = a.map(|count| count.to_string());
                 let [b1, b2, b3] = b.map(|count| count.to_string());
                 let [traced, blocked, differing] =
@@ -285,10 +285,10 @@ impl CompareReport {
             "blocked".to_owned(),
             "differing".to_owned(),
             of("tolerance", 0),
-            "in plane".to_owned(),
+            "edge-on".to_owned(),
             "WRONG".to_owned(),
             of("tolerance", 1),
-            "in plane".to_owned(),
+            "edge-on".to_owned(),
             "WRONG".to_owned(),
         ];
         aligned(&heads, &rows)

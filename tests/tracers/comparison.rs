@@ -83,7 +83,7 @@ fn no_ray_of_a_right_tracer_is_wrong() {
             let total = compared(&mesh, [tracer.as_ref(), &judge]).total();
             println!("{}: {total:?}", tracer.name());
             assert_eq!(total.wrong, [0, 0], "{}", tracer.name());
-            assert_eq!((total.tolerance[1], total.in_plane[1]), (0, 0), "the referee agrees with itself");
+            assert_eq!((total.tolerance[1], total.edge_on[1]), (0, 0), "the referee agrees with itself");
             assert!(total.traced >= COUNT as u64 && total.blocked > 1000, "{total:?}");
         }
     }

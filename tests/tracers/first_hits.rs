@@ -46,7 +46,7 @@ pub(crate) fn compare_hits(tolerance: f64, mesh: &TraceMesh, tracer: &dyn Tracer
         match ruling.standing {
             Standing::Right => {}
             Standing::Tolerance => hits.within_tolerance += 1,
-            Standing::InPlane => hits.edge_on += 1,
+            Standing::EdgeOn => hits.edge_on += 1,
             Standing::Wrong => hits.wrong += 1,
         }
     }

@@ -68,7 +68,7 @@ pub(crate) fn compare_within(
                 verdicts.within_tolerance += 1;
                 verdicts.farthest = verdicts.farthest.max(ruling.distance);
             }
-            Standing::InPlane => verdicts.edge_on += 1,
+            Standing::EdgeOn => verdicts.edge_on += 1,
             Standing::Wrong => verdicts.wrong += 1,
         }
     }
