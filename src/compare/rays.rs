@@ -6,8 +6,8 @@ use crate::tracer::{Candidates, FilterAudit, NO_FACET, PACKET, Ray, Segment, Tra
 use rayon::prelude::*;
 use serde::Serialize;
 
-/// Disagreements that are kept with their places, at most: the worst.
-const WORST: usize = 100;
+/// Disagreements of each kind of rays that are kept with their places, at most: the worst.
+const WORST: usize = 20;
 
 /// Fixes the segments that are made by rule.
 const SEED: u64 = 0x11_6874;
@@ -141,7 +141,7 @@ impl RayComparison {
     pub fn extend(&mut self, other: RayComparison) {
         self.tallies.extend(other.tallies);
         self.worst.extend(other.worst);
-        keep_worst(&mut self.worst);
+        sort(&mut self.worst);
     }
 
     /// The sum over all kinds.
@@ -238,21 +238,28 @@ pub fn compare_rays<T: Ask>(
             })
             .collect();
         let mut tally = Tally { name: batch.name.to_owned(), ..Tally::default() };
+        let mut worst = Vec::new();
         for (part, disagreements) in parts {
             tally.add(&part);
-            found.worst.extend(disagreements);
+            worst.extend(disagreements);
         }
+        keep_worst(&mut worst);
+        found.worst.extend(worst);
         found.tallies.push(tally);
     }
-    keep_worst(&mut found.worst);
+    sort(&mut found.worst);
     found
 }
 
-/// Stable, so that the order does not depend on the threads.
 fn keep_worst(disagreements: &mut Vec<Disagreement>) {
+    sort(disagreements);
+    disagreements.truncate(WORST);
+}
+
+/// The worst first; stable, so that the order does not depend on the threads.
+fn sort(disagreements: &mut [Disagreement]) {
     disagreements.sort_by(|a, b| {
         let (a, b) = (a.severity(), b.severity());
         b.0.cmp(&a.0).then(b.1.total_cmp(&a.1))
     });
-    disagreements.truncate(WORST);
 }
