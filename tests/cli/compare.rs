@@ -162,6 +162,7 @@ fn replay_files_that_do_not_fit_are_code_4_and_say_why() {
     folder.write("other.toml", scene.replace(", 2, ", ", 1.9, "));
     let run = folder.run(&["compare", "other.toml", "-q", "--replay", "a.replay"]);
     run.expect_error(4, &["a.replay", "other geometry"]);
+    folder.run(&["compare", "nowhere.toml"]).expect_error(3, &["nowhere.toml"]);
     folder.run(&["compare", "scene.toml", "-q", "--replay", "none.replay"]).expect_error(3, &["none.replay"]);
 }
 
@@ -194,6 +195,5 @@ fn what_cannot_be_done_is_said_before_anything_is_solved() {
         let run = compare(&folder, options);
         assert!(run.code == 2 && run.stderr.contains(options[0]), "{run:?}");
     }
-    folder.run(&["compare", "nowhere.toml"]).expect_error(3, &["nowhere.toml"]);
     assert_eq!(folder.names(), before);
 }
