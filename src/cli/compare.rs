@@ -33,15 +33,25 @@ pub(super) fn run(config: &CompareConfig) -> Result<(), CliError> {
     for path in config.replay_file.iter().chain(&config.json) {
         check_destination(path)?;
     }
-    if let Some(Pictures { folder, files }) = &config.pictures {
-        // A folder that is still to be made needs what a file in its place would need.
-        let places = if folder.is_dir() { &files[..] } else { std::slice::from_ref(folder) };
-        places.iter().try_for_each(|path| check_destination(path))?;
+    if let Some(places) = &config.pictures {
+        check_folder(places)?;
     }
     in_pool(&config.run, |progress| match &config.replay {
         Some(file) => replay(config, file, progress),
         None => run_in_pool(config, progress),
     })
+}
+
+/// Checks that the pictures can be written; a folder that is missing is made later.
+fn check_folder(Pictures { folder, files }: &Pictures) -> Result<(), CliError> {
+    if folder.is_dir() {
+        return Ok(files.iter().try_for_each(|path| check_destination(path))?);
+    }
+    if folder.exists() {
+        return Err(CliError::OutputFolder(format!("{}: exists and is not a folder", folder.display())));
+    }
+    // It needs what a file in its place would need.
+    Ok(check_destination(folder)?)
 }
 
 fn run_in_pool(config: &CompareConfig, progress: &dyn Progress) -> Result<(), CliError> {
