@@ -270,6 +270,7 @@ mod tests {
         for part in ["rays are wrong in blind", "worst: ", &format!("facet {BOX_SIDE} at ("), "blind: "] {
             assert!(message.contains(part), "{part} is missing: {message}");
         }
+        assert!(report.links.share() > 0.0 && report.exitance.max > 0.0, "{}", report.text());
         let shadow_rays = &report.rays[0];
         assert!(shadow_rays.wrong[1] > 0 && shadow_rays.wrong[0] == 0, "{}", report.text());
     }

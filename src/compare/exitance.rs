@@ -149,3 +149,70 @@ impl Sums {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Silent;
+    use crate::radiosity::{SolveOptions, solve};
+    use crate::scene;
+    use crate::tracer::FallbackTracer;
+    use crate::visibility::{Strategy, VisibilityOptions};
+    use std::path::Path;
+
+    fn hierarchy() -> Hierarchy {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell-box/scene.toml");
+        let scene = scene::load(&path, &Default::default(), &Silent).expect("a scene of the project");
+        Hierarchy::build(&scene, false, &Silent)
+    }
+
+    fn solution(hierarchy: &Hierarchy, epsilon: f64) -> Solution {
+        let visibility = VisibilityOptions { strategy: Strategy::Adaptive, rays: 4, certify: false };
+        let (contrast, min_size, resolution, iterations) = (0.8, None, 32.0, 200);
+        let options = SolveOptions { epsilon, contrast, min_size, resolution, iterations, visibility };
+        solve(hierarchy, &FallbackTracer::new(&hierarchy.mesh), &options, 1.0, &Silent)
+    }
+
+    /// Area and mean exitance of the leaves.
+    fn mean(solution: &Solution) -> (f64, f64) {
+        let forest = &solution.forest;
+        let leaves = (0..forest.len()).filter(|&element| forest.second[element] == 0);
+        let (area, power) = leaves.fold((0.0, 0.0), |(area, power), element| {
+            let own = forest.area[element] as f64;
+            (area + own, power + own * solution.light.exitance[element].element_sum() as f64 / 3.0)
+        });
+        (area, power / area)
+    }
+
+    #[test]
+    fn one_element_that_differs_is_found_and_named() {
+        let hierarchy = hierarchy();
+        let (first, mut second) = (solution(&hierarchy, 2e-2), solution(&hierarchy, 2e-2));
+        let same = ExitanceDifference::between(&hierarchy, [&first, &second]);
+        assert_eq!((same.rms, same.max, same.worst.as_str()), (0.0, 0.0, ""));
+        let leaf = (0..first.forest.len()).rfind(|&e| first.forest.second[e] == 0).expect("a leaf");
+        second.light.exitance[leaf].y -= 3.0;
+        let found = ExitanceDifference::between(&hierarchy, [&first, &second]);
+        let share = first.forest.area[leaf] as f64 / mean(&first).0;
+        assert!(
+            (found.max - 3.0).abs() < 1e-5 && (found.area_above_percent - share).abs() < 1e-9,
+            "{found:?}"
+        );
+        assert!((found.rms - 3.0 * share.sqrt()).abs() < 1e-5, "{found:?}");
+        assert!((found.bias + share).abs() < 1e-5, "{found:?}");
+        assert_eq!(found.worst, place(&hierarchy, &first.forest, (hierarchy.nodes.len() + leaf) as u32));
+    }
+
+    #[test]
+    fn where_one_solution_is_finer_all_of_it_counts() {
+        let hierarchy = hierarchy();
+        let [coarse, fine] = [5e-2, 5e-4].map(|epsilon| solution(&hierarchy, epsilon));
+        assert!(fine.forest.len() > 2 * coarse.forest.len());
+        let expected = mean(&fine).1 - mean(&coarse).1;
+        for (pair, sign) in [([&coarse, &fine], 1.0), ([&fine, &coarse], -1.0)] {
+            let found = ExitanceDifference::between(&hierarchy, pair);
+            assert!((found.bias - sign * expected).abs() < 1e-4 * mean(&fine).1, "{found:?}, {expected}");
+            assert!(found.rms > found.bias.abs() && found.max > found.rms, "{found:?}");
+        }
+    }
+}
