@@ -1,10 +1,14 @@
 //! The checked configuration of a verb: every option has its value, and the options fit each other.
 
+mod compare;
+
+pub(super) use compare::{CompareConfig, Pictures};
+
 use std::path::{Path, PathBuf};
 
 use super::args::{
-    CheckArgs, CompareArgs, ConvergenceArgs, ExactnessArgs, MachineArgs, ProbeArgs, ProfileArgs, QualityArg,
-    RenderArgs, SolutionArgs, TracerArg, ViewArg, VisibilityArg,
+    CheckArgs, ConvergenceArgs, ExactnessArgs, MachineArgs, ProbeArgs, ProfileArgs, QualityArg, RenderArgs,
+    SolutionArgs, TracerArg, ViewArg, VisibilityArg,
 };
 use super::errors::CliError;
 use crate::image::tone::Exposure;
@@ -92,32 +96,6 @@ pub(super) struct CheckConfig {
     /// Whose limits hold.
     pub(super) quality: QualityArg,
     pub(super) json: Option<PathBuf>,
-}
-
-/// Everything a comparison of the tracers needs to know.
-#[derive(Clone, Debug)]
-pub(super) struct CompareConfig {
-    pub(super) run: RunConfig,
-    pub(super) view: ViewConfig,
-    /// Rays made by rule.
-    pub(super) rays: u32,
-    /// Times the rays are timed.
-    pub(super) repeats: u32,
-    /// Where pictures go: native, fallback, difference.
-    pub(super) pictures: Option<Pictures>,
-    /// Where the worst rays go.
-    pub(super) replay_file: Option<PathBuf>,
-    /// Rays to be traced again, instead of everything else.
-    pub(super) replay: Option<PathBuf>,
-    pub(super) json: Option<PathBuf>,
-}
-
-/// The pictures of a comparison.
-#[derive(Clone, Debug)]
-pub(super) struct Pictures {
-    pub(super) folder: PathBuf,
-    /// Native, fallback, difference.
-    pub(super) files: [PathBuf; 3],
 }
 
 /// What is seen, and how.
@@ -409,54 +387,6 @@ impl CheckConfig {
         let outputs = typed.json.iter().cloned().collect();
         let run = RunConfig::check(typed.scene, outputs, typed.solution, typed.machine, typed.quiet)?;
         Ok(Self { run, quality, json: typed.json })
-    }
-}
-
-impl CompareConfig {
-    /// Fills in the defaults and checks what depends on several options.
-    ///
-    /// # Errors
-    /// [`CliError::Usage`] when options contradict each other. No file is touched.
-    pub(super) fn check(typed: CompareArgs) -> Result<Self, CliError> {
-        check_extension("--json", typed.json.as_deref(), "json")?;
-        if typed.visibility == VisibilityArg::All {
-            return usage("--visibility all asks neither tracer, so there is nothing to compare");
-        }
-        let pictures = typed.output.map(|folder| {
-            let files = ["native.png", "fallback.png", "difference.png"].map(|name| folder.join(name));
-            Pictures { folder, files }
-        });
-        let written: Vec<&PathBuf> = pictures
-            .iter()
-            .flat_map(|pictures| &pictures.files)
-            .chain(typed.replay_file.as_ref())
-            .chain(typed.json.as_ref())
-            .collect();
-        let named: Vec<_> = [&typed.scene].into_iter().chain(written.iter().copied()).map(Some).collect();
-        check_distinct(&named)?;
-        let outputs = written.into_iter().cloned().collect();
-        let preset = Preset::of(typed.exactness.quality);
-        let view = ViewConfig {
-            camera: typed.camera,
-            width: typed.width,
-            height: typed.height,
-            samples: typed.samples.unwrap_or(preset.samples),
-            exposure: Exposure::Automatic,
-            kind: ViewArg::Shaded,
-        };
-        let solution =
-            SolutionArgs { exactness: typed.exactness, rays: typed.pair_rays, visibility: typed.visibility };
-        let machine = MachineArgs { tracer: TracerArg::Embree, library: typed.machine };
-        Ok(Self {
-            run: RunConfig::check(typed.scene, outputs, solution, machine, typed.quiet)?,
-            view,
-            rays: typed.rays,
-            repeats: typed.repeat,
-            pictures,
-            replay_file: typed.replay_file,
-            replay: typed.replay,
-            json: typed.json,
-        })
     }
 }
 
