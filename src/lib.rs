@@ -6,13 +6,14 @@
 //!
 //! ```text
 //! progress → unfinished → math → scene → hierarchy → shaft → tracer → visibility → radiosity → gather
-//!     → image → probe → check → report → cli
+//!     → image → probe → check → compare → report → cli
 //! ```
 
 pub mod progress;
 
 pub mod check;
 pub mod cli;
+pub mod compare;
 pub mod gather;
 pub mod hierarchy;
 pub mod image;

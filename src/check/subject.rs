@@ -2,7 +2,7 @@
 
 use crate::hierarchy::{Hierarchy, NodeKind};
 use crate::math::hash_pair;
-use crate::radiosity::{Link, Piece, Solution};
+use crate::radiosity::{Link, Piece, Solution, place};
 use crate::tracer::Tracer;
 use glam::Vec3;
 use std::f32::consts::PI;
@@ -129,25 +129,14 @@ impl<'a> Subject<'a> {
 
     /// Where an element is, for people: the middle of it in scene units, and its material.
     pub(super) fn place(&self, element: u32) -> String {
-        let piece = self.piece(element);
-        let center = self.hierarchy.frame.scene_from_local(piece.polygon.center());
-        let material = &self.hierarchy.material(piece.side.facet).name;
-        let side = if piece.side.back { ", back" } else { "" };
-        format!("({:.4} {:.4} {:.4}), material {material}{side}", center.x, center.y, center.z)
+        place(self.hierarchy, &self.solution.forest, self.node(element))
     }
 
     /// The two ends of a link, for people.
     pub(super) fn places(&self, link: &Link) -> String {
-        let end = |node: u32| match self.element(node) {
-            Some(element) => self.place(element),
-            None => {
-                let node = &self.hierarchy.nodes[node as usize];
-                let center = self.hierarchy.frame.scene_from_local(node.center.as_dvec3());
-                let facets = node.end - node.first;
-                format!("({:.4} {:.4} {:.4}), cluster of {facets}", center.x, center.y, center.z)
-            }
-        };
-        format!("to {} from {}", end(link.receiver), end(link.source))
+        let [receiver, source] =
+            [link.receiver, link.source].map(|node| place(self.hierarchy, &self.solution.forest, node));
+        format!("to {receiver} from {source}")
     }
 }
 

@@ -36,6 +36,11 @@ pub(super) enum Verb {
     /// The answer is a table; the exit code is 8 when something in it failed.
     #[command(after_help = exit_codes_help())]
     Check(Box<CheckArgs>),
+    /// Do the same work on Embree and on the pure-Rust tracer and say whether and where they differ
+    ///
+    /// The answer is in words and tables; the exit code is 9 when a ray is wrong or the light differs.
+    #[command(after_help = exit_codes_help())]
+    Compare(Box<CompareArgs>),
     /// Say which Embree is used, where it is and whether it works
     ///
     /// The exit code is 7 when Embree is not usable; rendering then uses the pure-Rust tracer.
@@ -218,6 +223,59 @@ pub(super) struct CheckArgs {
     pub(super) machine: MachineArgs,
 
     /// Write the findings as JSON
+    #[arg(long, value_name = "FILE", help_heading = "Report")]
+    pub(super) json: Option<PathBuf>,
+    /// Print nothing but errors
+    #[arg(short, long, help_heading = "Report")]
+    pub(super) quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct CompareArgs {
+    /// Scene description (.toml) or a bare mesh (.obj)
+    #[arg(value_name = "SCENE")]
+    pub(super) scene: PathBuf,
+    /// Random rays and rays that are hard to decide, 0 to 100000000, besides those of the solutions
+    #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = whole(0, 100_000_000), allow_negative_numbers = true)]
+    pub(super) rays: u32,
+    /// Times the rays are timed, 1 to 100, in turns; figures are medians
+    #[arg(long, value_name = "N", default_value_t = 9, value_parser = whole(1, 100), allow_negative_numbers = true)]
+    pub(super) repeat: u32,
+    /// Folder for native.png, fallback.png and difference.png (16 times as bright); made when missing
+    #[arg(short, long, value_name = "DIR")]
+    pub(super) output: Option<PathBuf>,
+    /// Write the worst rays, to be traced again with --replay
+    #[arg(long, value_name = "FILE")]
+    pub(super) replay_file: Option<PathBuf>,
+    /// Instead of all that, trace the rays of such a file one by one and tell everything about them
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["rays", "repeat", "output", "replay_file", "json"])]
+    pub(super) replay: Option<PathBuf>,
+
+    /// Camera of the scene [default: the first]
+    #[arg(long, value_name = "NAME", help_heading = "View")]
+    pub(super) camera: Option<String>,
+    /// Width in pixels; alone, the height follows the camera's proportions
+    #[arg(long, value_name = "PIXELS", help_heading = "View", value_parser = whole(1, MAX_PIXELS), allow_negative_numbers = true)]
+    pub(super) width: Option<u32>,
+    /// Height in pixels; alone, the width follows the camera's proportions
+    #[arg(long, value_name = "PIXELS", help_heading = "View", value_parser = whole(1, MAX_PIXELS), allow_negative_numbers = true)]
+    pub(super) height: Option<u32>,
+    /// Samples per pixel, 1 to 1024 [default: by --quality]
+    #[arg(long, value_name = "N", help_heading = "View", value_parser = whole(1, 1024), allow_negative_numbers = true)]
+    pub(super) samples: Option<u32>,
+
+    #[command(flatten)]
+    pub(super) exactness: ExactnessArgs,
+    /// Visibility rays for a pair of nodes, 1 to 1024: what other commands call --rays [default: by --quality]
+    #[arg(long, value_name = "N", help_heading = "Solution", value_parser = whole(1, 1024), allow_negative_numbers = true)]
+    pub(super) pair_rays: Option<u32>,
+    /// How visibility between two nodes is decided
+    #[arg(long, value_name = "STRATEGY", help_heading = "Solution", value_enum, default_value_t = VisibilityArg::Adaptive)]
+    pub(super) visibility: VisibilityArg,
+    #[command(flatten)]
+    pub(super) machine: LibraryArgs,
+
+    /// Write what was found as JSON
     #[arg(long, value_name = "FILE", help_heading = "Report")]
     pub(super) json: Option<PathBuf>,
     /// Print nothing but errors

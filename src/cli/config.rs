@@ -1,5 +1,9 @@
 //! The checked configuration of a verb: every option has its value, and the options fit each other.
 
+mod compare;
+
+pub(super) use compare::{CompareConfig, Pictures};
+
 use std::path::{Path, PathBuf};
 
 use super::args::{

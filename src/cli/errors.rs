@@ -16,11 +16,12 @@ pub(super) enum ExitKind {
     Output,
     Embree,
     CheckFailed,
+    TracersDisagree,
     Internal,
 }
 
 impl ExitKind {
-    pub(super) const ALL: [ExitKind; 9] = [
+    pub(super) const ALL: [ExitKind; 10] = [
         ExitKind::Success,
         ExitKind::Usage,
         ExitKind::Unreadable,
@@ -29,6 +30,7 @@ impl ExitKind {
         ExitKind::Output,
         ExitKind::Embree,
         ExitKind::CheckFailed,
+        ExitKind::TracersDisagree,
         ExitKind::Internal,
     ];
 
@@ -42,6 +44,7 @@ impl ExitKind {
             ExitKind::Output => 6,
             ExitKind::Embree => 7,
             ExitKind::CheckFailed => 8,
+            ExitKind::TracersDisagree => 9,
             ExitKind::Internal => 70,
         }
     }
@@ -51,11 +54,12 @@ impl ExitKind {
             ExitKind::Success => "success",
             ExitKind::Usage => "bad arguments, such as an unknown option, a bad number or an unknown camera",
             ExitKind::Unreadable => "an input file is missing or cannot be read",
-            ExitKind::Malformed => "an input file is malformed",
+            ExitKind::Malformed => "an input file is malformed or belongs to another scene or version",
             ExitKind::InvalidScene => "the scene cannot be rendered, such as one without an emitter",
             ExitKind::Output => "an output cannot be written",
             ExitKind::Embree => "Embree is required but not usable",
             ExitKind::CheckFailed => "a check of the solution failed",
+            ExitKind::TracersDisagree => "two tracers disagree by more than rounding",
             ExitKind::Internal => "a fault of lightshaft itself",
         }
     }
@@ -103,6 +107,9 @@ pub(super) enum CliError {
     /// The solution is not physically right.
     #[error("{0}")]
     CheckFailed(String),
+    /// Two tracers gave different results.
+    #[error("{0}")]
+    TracersDisagree(String),
     /// Our own fault.
     #[error("internal fault, please report it: {0}")]
     Internal(String),
@@ -118,6 +125,7 @@ impl CliError {
             CliError::Output(_) | CliError::OutputFolder(_) => ExitKind::Output,
             CliError::Embree(_) => ExitKind::Embree,
             CliError::CheckFailed(_) => ExitKind::CheckFailed,
+            CliError::TracersDisagree(_) => ExitKind::TracersDisagree,
             CliError::Internal(_) => ExitKind::Internal,
         }
     }

@@ -4,6 +4,7 @@
 mod args;
 mod camera;
 mod check;
+mod compare;
 mod config;
 mod console;
 mod convergence;
@@ -50,6 +51,7 @@ fn run(typed: impl Iterator<Item = OsString>) -> ExitKind {
         }
         Verb::Profile(typed) => config::ProfileConfig::check(*typed).and_then(|config| profile::run(&config)),
         Verb::Check(typed) => config::CheckConfig::check(*typed).and_then(|config| check::run(&config)),
+        Verb::Compare(typed) => config::CompareConfig::check(*typed).and_then(|config| compare::run(&config)),
         Verb::Doctor(typed) => doctor::run(&typed),
         Verb::Generate(typed) => generate::run(&typed.what),
     };

@@ -191,7 +191,7 @@ fn without_embree(config: &RunConfig, reason: &EmbreeError) -> Result<(), CliErr
     let what = format!("Embree is not usable: {}", reason.summary());
     if config.tracer == TracerArg::Embree {
         return Err(CliError::Embree(format!(
-            "{what}; see `lightshaft doctor`, or leave out --tracer embree"
+            "{what}; see `lightshaft doctor`; only --tracer embree and `compare` require it"
         )));
     }
     if !config.quiet {

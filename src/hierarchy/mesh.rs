@@ -18,6 +18,14 @@ pub struct TraceMesh {
     pub facet_of_triangle: Vec<u32>,
 }
 
+impl TraceMesh {
+    /// The triangles of a facet.
+    pub fn triangles_of(&self, facet: u32) -> &[[u32; 3]] {
+        let first = &self.first_triangle[facet as usize..];
+        &self.triangles[first[0] as usize..first[1] as usize]
+    }
+}
+
 /// Facet ids `start..end`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Interval {

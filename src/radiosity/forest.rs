@@ -217,6 +217,19 @@ impl Forest {
         piece
     }
 
+    /// Visits every element, inner and leaf, with its geometry.
+    pub fn for_each_element<'a>(&'a self, hierarchy: &Hierarchy, mut visit: impl FnMut(&Piece<'a>)) {
+        for side in 0..self.side_count() {
+            let mut stack = vec![self.root(hierarchy, side)];
+            while let Some(piece) = stack.pop() {
+                visit(&piece);
+                if self.second[piece.id() as usize] != 0 {
+                    stack.extend(piece.halves(self));
+                }
+            }
+        }
+    }
+
     /// The id of the element at a point of a piece: the first on the way down to its leaf that `is_enough` holds for,
     /// else the leaf.
     pub(super) fn element_in(&self, piece: &Piece<'_>, point: DVec3, is_enough: impl Fn(u32) -> bool) -> u32 {

@@ -129,20 +129,13 @@ impl Solution {
 
     /// Triangles of the final mesh: the leaf elements, triangulated.
     pub fn triangle_count(&self, hierarchy: &Hierarchy) -> u64 {
-        (0..self.forest.side_count())
-            .map(|side| {
-                let mut stack = vec![self.forest.root(hierarchy, side)];
-                let mut count = 0;
-                while let Some(piece) = stack.pop() {
-                    if self.forest.second[piece.id() as usize] == 0 {
-                        count += piece.polygon.vertices().len() as u64 - 2;
-                    } else {
-                        stack.extend(piece.halves(&self.forest));
-                    }
-                }
-                count
-            })
-            .sum()
+        let mut count = 0;
+        self.forest.for_each_element(hierarchy, |piece| {
+            if self.forest.second[piece.id() as usize] == 0 {
+                count += piece.polygon.vertices().len() as u64 - 2;
+            }
+        });
+        count
     }
 
     /// Irradiance a node receives directly over links of each class, largest channel: untested, visible,

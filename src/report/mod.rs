@@ -1,7 +1,8 @@
-//! What a run did, in numbers: statistics, the findings of a check, and
+//! What a run did, in numbers: statistics, the findings of a check, two tracers side by side, and
 //! errors against time, as tables, as JSON and as plots.
 
 pub mod check;
+pub mod compare;
 pub mod convergence;
 pub mod json;
 pub mod memory;
@@ -9,3 +10,4 @@ pub mod plot;
 pub mod profile;
 pub mod stats;
 pub mod table;
+mod text;

@@ -75,7 +75,7 @@ impl Spread {
     }
 
     /// Half the way from the smallest to the largest, over the median.
-    fn relative(&self) -> f64 {
+    pub(super) fn relative(&self) -> f64 {
         0.5 * (self.max - self.min) / self.median.max(f64::MIN_POSITIVE)
     }
 }

@@ -1,6 +1,7 @@
 //! The binary itself, run as a user runs it: arguments in, files, text and exit code out.
 
 mod check;
+mod compare;
 mod convergence;
 mod failures;
 mod probe;

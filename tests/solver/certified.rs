@@ -9,7 +9,6 @@ use lightshaft::visibility::{
 };
 
 use crate::boxes::Rectangles;
-use crate::comparison::for_each_element;
 use crate::covered_pairs::Leaf;
 use crate::proofs::{Attack, Claim, attack};
 use crate::segments::Numbers;
@@ -22,7 +21,7 @@ fn leaf_of(piece: &Piece<'_>) -> Leaf {
 /// Every element, inner ones too, by id.
 fn elements<'a>(hierarchy: &Hierarchy, forest: &'a Forest) -> Vec<Piece<'a>> {
     let mut all = Vec::with_capacity(forest.len());
-    for_each_element(hierarchy, forest, |piece| all.push(piece.clone()));
+    forest.for_each_element(hierarchy, |piece| all.push(piece.clone()));
     all.sort_by_key(Piece::id);
     all
 }

@@ -7,8 +7,6 @@ use lightshaft::hierarchy::{Hierarchy, TOLERANCE};
 use lightshaft::math::{Plane, Polygon};
 use lightshaft::radiosity::{Forest, Link, Solution};
 
-use crate::comparison::for_each_element;
-
 /// A leaf element with its geometry.
 pub(crate) struct Leaf {
     pub(crate) polygon: Polygon,
@@ -55,7 +53,7 @@ impl CoveredPairs {
     pub(crate) fn of(hierarchy: &Hierarchy, solution: &Solution, links: &[Link]) -> CoveredPairs {
         let forest = &solution.forest;
         let mut leaves: Vec<Option<Leaf>> = (0..forest.len()).map(|_| None).collect();
-        for_each_element(hierarchy, forest, |piece| {
+        forest.for_each_element(hierarchy, |piece| {
             if forest.second[piece.id() as usize] == 0 {
                 let (polygon, plane, facet) = (piece.polygon, piece.plane, piece.side.facet);
                 leaves[piece.id() as usize] = Some(Leaf { polygon, plane, facet });

@@ -13,7 +13,6 @@ mod certified;
 mod certify;
 mod check;
 mod closed_form;
-mod comparison;
 mod conservation;
 mod coverage;
 mod covered_pairs;

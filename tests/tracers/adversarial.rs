@@ -1,98 +1,13 @@
 //! Segments that are hard to decide: through edges and vertices, close beside them, in the plane of a facet,
 //! grazing it, with ends on it. A failure means that two tracers disagree by more than rounding.
 
-use glam::DVec3;
+use lightshaft::compare::{FAMILIES, Family, between_segments, segments};
 use lightshaft::hierarchy::TOLERANCE;
-use lightshaft::tracer::{NO_FACET, Segment, TraceMesh};
+use lightshaft::tracer::TraceMesh;
 
-use crate::meshes::{Numbers, shell, slivers, soup, tiny_and_huge};
+use crate::meshes::{shell, slivers, soup, tiny_and_huge};
 use crate::tracers;
-use crate::verdict::{between_segments, compare_within};
-
-/// What a segment does to some triangle of a mesh.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Family {
-    /// Goes through one of its edges.
-    Edge,
-    /// Goes through one of its corners.
-    Corner,
-    /// Passes one of its edges at this distance, inside or outside.
-    Beside(f32),
-    /// Lies in its plane.
-    InPlane,
-    /// Goes through it at this angle to its plane.
-    Grazing(f32),
-    /// Begins on it.
-    EndOn,
-    /// Begins on it, and the facet is named as the one it begins on.
-    EndSkipped,
-}
-
-pub(crate) const FAMILIES: [Family; 14] = [
-    Family::Edge,
-    Family::Corner,
-    Family::Beside(1e-7),
-    Family::Beside(1e-6),
-    Family::Beside(1e-5),
-    Family::Beside(1e-4),
-    Family::Beside(1e-3),
-    Family::InPlane,
-    Family::Grazing(1e-3),
-    Family::Grazing(1e-4),
-    Family::Grazing(1e-5),
-    Family::Grazing(1e-6),
-    Family::EndOn,
-    Family::EndSkipped,
-];
-
-/// `count` segments of one family, each about a random triangle of the mesh.
-pub(crate) fn segments(mesh: &TraceMesh, family: Family, count: usize, seed: u64) -> Vec<Segment> {
-    let mut numbers = Numbers(seed);
-    (0..count)
-        .map(|_| {
-            let triangle = numbers.below(mesh.triangles.len());
-            let turn = numbers.below(3);
-            let corner =
-                |i: usize| mesh.positions[mesh.triangles[triangle][(i + turn) % 3] as usize].as_dvec3();
-            let (a, b, c) = (corner(0), corner(1), corner(2));
-            let normal = (b - a).cross(c - a).normalize_or_zero();
-            let (s, t) = (numbers.next() as f64, numbers.next() as f64);
-            let inside = a + (b - a) * (s.sqrt() * (1.0 - t)) + (c - a) * (s.sqrt() * t);
-            let mut through = |point: DVec3| {
-                let from = numbers.point();
-                let beyond = 1.2 + numbers.next();
-                (from, from + (point.as_vec3() - from) * beyond)
-            };
-            let (from, to) = match family {
-                Family::Edge => through(a.lerp(b, s)),
-                Family::Corner => through(a),
-                Family::Beside(distance) => {
-                    let outwards = (b - a).cross(normal).normalize_or_zero();
-                    let sign = if t < 0.5 { 1.0 } else { -1.0 };
-                    through(a.lerp(b, s) + outwards * (sign * distance as f64))
-                }
-                Family::InPlane => {
-                    let mut anywhere = || {
-                        let (u, v) = (3.0 * numbers.next() - 1.0, 3.0 * numbers.next() - 1.0);
-                        (a + (b - a) * u as f64 + (c - a) * v as f64).as_vec3()
-                    };
-                    (anywhere(), anywhere())
-                }
-                Family::Grazing(angle) => {
-                    let along = (b + (c - b) * numbers.next() as f64 - inside).normalize_or_zero();
-                    let (sin, cos) = (angle as f64).sin_cos();
-                    let direction = along * cos + normal * sin;
-                    let (before, after) = (numbers.next() as f64, numbers.next() as f64);
-                    ((inside - direction * before).as_vec3(), (inside + direction * after).as_vec3())
-                }
-                Family::EndOn | Family::EndSkipped => (inside.as_vec3(), numbers.point()),
-            };
-            let skipped =
-                if family == Family::EndSkipped { mesh.facet_of_triangle[triangle] } else { NO_FACET };
-            Segment { from, to, skip: [skipped, NO_FACET] }
-        })
-        .collect()
-}
+use crate::verdict::compare_within;
 
 const COUNT: usize = 4000;
 

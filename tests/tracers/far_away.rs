@@ -2,15 +2,15 @@
 //! geographic coordinates get holes.
 
 use glam::DVec3;
+use lightshaft::compare::{FAMILIES, Family, distance_to_change, segments};
 use lightshaft::hierarchy::{Hierarchy, TOLERANCE};
 use lightshaft::progress::Silent;
 use lightshaft::scene::{Camera, ImportCounts, Material, Scene, Triangle};
 use lightshaft::tracer::{BruteTracer, Candidates, NO_FACET, Segment, TraceMesh};
 
-use crate::adversarial::{FAMILIES, Family, segments};
 use crate::meshes::soup;
 use crate::tracers;
-use crate::verdict::{blockers, compare, distance_to_change};
+use crate::verdict::{blockers, compare};
 
 /// The mesh as a scene of its own, moved by `shift`.
 fn scene(mesh: &TraceMesh, shift: DVec3) -> Scene {

@@ -1,15 +1,15 @@
 //! Faults planted in a tracer: a check that finds nothing here would find nothing anywhere.
 
 use glam::Vec3;
+use lightshaft::compare::{Family, distance_to_change, segments};
 use lightshaft::hierarchy::TOLERANCE;
 use lightshaft::tracer::{
     BruteTracer, Candidates, FallbackTracer, FilterAudit, Hit, Interval, NO_FACET, Ray, Segment, Tracer,
 };
 
-use crate::adversarial::{Family, segments};
 use crate::first_hits::{compare_hits, first_hits, ray_along};
 use crate::meshes::soup;
-use crate::verdict::{blockers, compare, distance_to_change};
+use crate::verdict::{blockers, compare};
 
 /// A tracer with a fault.
 struct Faulty<'a> {

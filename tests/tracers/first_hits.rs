@@ -1,16 +1,11 @@
 //! What rays meet first. A failure means that light gathered at a point depends on which tracer found its way.
 
-use glam::DVec3;
+use lightshaft::compare::{FAMILIES, Family, Referee, Ruling, Standing, random_segments, segments};
 use lightshaft::hierarchy::TOLERANCE;
 use lightshaft::tracer::{BruteTracer, Hit, PACKET, Ray, Segment, TraceMesh, Tracer};
 
-use crate::adversarial::{self, FAMILIES, Family};
 use crate::meshes::{shell, soup, tiny_and_huge};
-use crate::verdict::{distance_between, lies_in_plane, triangles_of};
-use crate::{random, tracers};
-
-/// Further than anything in a mesh is from anything else.
-const FAR: f64 = 10.0;
+use crate::tracers;
 
 /// What came of a comparison.
 #[derive(Clone, Copy, Debug, Default)]
@@ -41,65 +36,21 @@ pub(crate) fn first_hits(tracer: &dyn Tracer, rays: &[Ray]) -> Vec<Option<Hit>> 
 
 /// Compares a tracer with the exhaustive one; the tolerance is a local length.
 pub(crate) fn compare_hits(tolerance: f64, mesh: &TraceMesh, tracer: &dyn Tracer, rays: &[Ray]) -> Hits {
+    let referee = Referee::new(mesh);
     let expected = first_hits(&BruteTracer::new(mesh), rays);
     let mut hits = Hits::default();
     for ((ray, got), expected) in rays.iter().zip(first_hits(tracer, rays)).zip(expected) {
         hits.met += usize::from(expected.is_some());
-        if got == expected {
-            continue;
-        }
-        let is_edge_on = |hit: Hit| {
-            let segment = Segment { from: ray.origin, to: ray.origin + ray.direction, skip: [hit.facet; 2] };
-            lies_in_plane(mesh, hit.facet, &segment)
-        };
-        if how_far_off(mesh, ray, got, expected) <= tolerance {
-            hits.within_tolerance += usize::from(got.map(|hit| hit.facet) != expected.map(|hit| hit.facet));
-        } else if got.is_some_and(is_edge_on) {
-            hits.edge_on += 1;
-        } else {
-            hits.wrong += 1;
+        let [ruling, of_the_judge] = referee.rule_hits(ray, [got, expected], tolerance);
+        assert_eq!(of_the_judge, Ruling::RIGHT);
+        match ruling.standing {
+            Standing::Right => {}
+            Standing::Tolerance => hits.within_tolerance += 1,
+            Standing::EdgeOn => hits.edge_on += 1,
+            Standing::Wrong => hits.wrong += 1,
         }
     }
     hits
-}
-
-/// How far the ray, or what it meets, would have to be moved to make the answer right.
-fn how_far_off(mesh: &TraceMesh, ray: &Ray, got: Option<Hit>, expected: Option<Hit>) -> f64 {
-    let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
-    let ends = [origin, origin + direction.normalize_or_zero() * FAR];
-    let to_outline = |hit: Hit| distance_between(mesh, hit.facet, ends);
-    let to_plane = |of: Hit, at: Hit| distance_from_plane(mesh, of.facet, origin + direction * at.t as f64);
-    match (got, expected) {
-        (Some(g), Some(e)) if g.facet == e.facet => to_plane(e, g),
-        // One is a false hit or the other was missed, unless they are met in the same place.
-        (Some(g), Some(e)) => {
-            let same_place =
-                if is_met(mesh, g, ends) { to_plane(e, g).max(to_plane(g, e)) } else { f64::INFINITY };
-            same_place.min(to_outline(if g.t < e.t { g } else { e }))
-        }
-        (Some(hit), None) | (None, Some(hit)) => to_outline(hit),
-        (None, None) => 0.0,
-    }
-}
-
-/// Whether the facet of a hit is met at all.
-fn is_met(mesh: &TraceMesh, hit: Hit, [from, to]: [DVec3; 2]) -> bool {
-    let alone = TraceMesh {
-        positions: mesh.positions.clone(),
-        triangles: triangles_of(mesh, hit.facet).to_vec(),
-        first_triangle: vec![0, triangles_of(mesh, hit.facet).len() as u32],
-        facet_of_triangle: vec![0; triangles_of(mesh, hit.facet).len()],
-    };
-    let ray = Ray { origin: from.as_vec3(), direction: (to - from).as_vec3() };
-    first_hits(&BruteTracer::new(&alone), &[ray])[0].is_some()
-}
-
-fn distance_from_plane(mesh: &TraceMesh, facet: u32, point: DVec3) -> f64 {
-    let distance = triangles_of(mesh, facet).iter().map(|t| {
-        let [a, b, c] = t.map(|v| mesh.positions[v as usize].as_dvec3());
-        (b - a).cross(c - a).normalize_or_zero().dot(point - a).abs()
-    });
-    distance.fold(f64::INFINITY, f64::min)
 }
 
 const COUNT: usize = 4000;
@@ -107,7 +58,7 @@ const COUNT: usize = 4000;
 #[test]
 fn first_hits_are_the_judges() {
     let mesh = soup(500, 8);
-    let rays: Vec<Ray> = random::segments(COUNT, 9).iter().map(ray_along).collect();
+    let rays: Vec<Ray> = random_segments(COUNT, 9).iter().map(ray_along).collect();
     for tracer in tracers(&mesh) {
         let hits = compare_hits(TOLERANCE, &mesh, tracer.as_ref(), &rays);
         println!("{}: {hits:?} of {COUNT}", tracer.name());
@@ -130,7 +81,7 @@ fn hard_rays_meet_what_the_judge_says_but_for_rounding() {
             .iter()
             .flat_map(|tracer| FAMILIES.into_iter().enumerate().map(move |f| (tracer, f)))
         {
-            let segments = adversarial::segments(&mesh, family, COUNT, 400 + index as u64);
+            let segments = segments(&mesh, family, COUNT, 400 + index as u64);
             let rays: Vec<Ray> = segments.iter().map(ray_along).collect();
             let hits = compare_hits(TOLERANCE, &mesh, tracer.as_ref(), &rays);
             let what = format!("{name}, {family:?}, {}: {hits:?}", tracer.name());
@@ -148,7 +99,7 @@ fn hard_rays_meet_what_the_judge_says_but_for_rounding() {
 fn directions_with_the_smallest_numbers_lead_somewhere() {
     for (name, mesh) in [("box", shell(true)), ("ball", shell(false)), ("soup", soup(300, 33))] {
         for tracer in tracers(&mesh) {
-            let (mut rays, origins) = (Vec::new(), random::segments(COUNT / 8, 34));
+            let (mut rays, origins) = (Vec::new(), random_segments(COUNT / 8, 34));
             for (i, origin) in origins.iter().enumerate() {
                 let tiny = 10f32.powi(-(12 + i as i32 % 26)) * if i % 2 == 0 { 1.0 } else { -1.0 };
                 let mut direction = [1.0f32, 0.3, -0.2];

@@ -5,6 +5,7 @@
 mod embree_or_skip;
 
 mod adversarial;
+mod comparison;
 mod far_away;
 mod faults;
 mod first_hits;

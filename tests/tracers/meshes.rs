@@ -1,26 +1,8 @@
 //! Meshes to trace and numbers to make them from.
 
 use glam::Vec3;
+use lightshaft::compare::Numbers;
 use lightshaft::tracer::TraceMesh;
-
-/// A small deterministic generator of numbers in `[0, 1)`.
-pub(crate) struct Numbers(pub(crate) u64);
-
-impl Numbers {
-    pub(crate) fn next(&mut self) -> f32 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 40) as f32 / (1u64 << 24) as f32
-    }
-
-    pub(crate) fn below(&mut self, count: usize) -> usize {
-        ((self.next() * count as f32) as usize).min(count - 1)
-    }
-
-    /// Anywhere in the cube from −1 to 1.
-    pub(crate) fn point(&mut self) -> Vec3 {
-        Vec3::new(self.next(), self.next(), self.next()) * 2.0 - 1.0
-    }
-}
 
 /// A facet more, made of the triangles of a fan around its first corner.
 pub(crate) fn add_facet(mesh: &mut TraceMesh, corners: &[Vec3]) {
@@ -43,7 +25,7 @@ pub(crate) fn soup(count: u32, seed: u64) -> TraceMesh {
     let mut mesh = empty();
     for facet in 0..count {
         let corner = numbers.point();
-        let size = 0.01 + 0.3 * numbers.next() * numbers.next();
+        let size = 0.01 + 0.3 * numbers.next_number() * numbers.next_number();
         let (u, v) = match facet % 9 {
             0 => (Vec3::X * size, Vec3::Y * size),
             1 => (Vec3::Y * size, Vec3::Z * size),
@@ -57,7 +39,7 @@ pub(crate) fn soup(count: u32, seed: u64) -> TraceMesh {
 
 /// From a thousandth to a hundred-thousandth of the size of the scene.
 fn tiny(numbers: &mut Numbers) -> f32 {
-    1e-5 * 100f32.powf(numbers.next())
+    1e-5 * 100f32.powf(numbers.next_number())
 }
 
 /// Triangles as large as the scene, and tiny ones.

@@ -1,30 +1,13 @@
 //! Random segments and rays. A failure means that a picture depends on which tracer made it.
 
 use glam::Vec3;
+use lightshaft::compare::random_segments;
 use lightshaft::tracer::{
     BruteTracer, Candidates, FilterAudit, Interval, NO_FACET, Segment, TraceMesh, Tracer,
 };
 
-use crate::meshes::{Numbers, add_facet, soup};
+use crate::meshes::{add_facet, soup};
 use crate::tracers;
-
-pub(crate) fn segments(count: usize, seed: u64) -> Vec<Segment> {
-    let mut numbers = Numbers(seed);
-    (0..count)
-        .map(|i| {
-            let from = numbers.point();
-            let to = match i % 8 {
-                // Along an axis, in both directions, and very short ones.
-                0 => from + Vec3::X * (numbers.next() - 0.5),
-                1 => from - Vec3::Y * numbers.next(),
-                2 => from + Vec3::new(-0.0, -0.0, -1.0) * numbers.next(),
-                3 => from + numbers.point() * 1e-3,
-                _ => numbers.point(),
-            };
-            Segment { from, to, skip: [NO_FACET; 2] }
-        })
-        .collect()
-}
 
 fn blocked(tracer: &dyn Tracer, segments: &[Segment], candidates: Candidates<'_>) -> (Vec<u32>, FilterAudit) {
     let mut audit = FilterAudit::default();
@@ -41,7 +24,7 @@ fn blocked(tracer: &dyn Tracer, segments: &[Segment], candidates: Candidates<'_>
 fn segments_are_blocked_as_the_judge_says() {
     let mesh = soup(600, 1);
     let judge = BruteTracer::new(&mesh);
-    let segments = segments(8000, 2);
+    let segments = random_segments(8000, 2);
     let (expected, _) = blocked(&judge, &segments, Candidates::All);
     assert!(expected.iter().filter(|&&b| b != NO_FACET).count() > 1000);
     for tracer in tracers(&mesh) {
@@ -59,7 +42,7 @@ fn named_blockers_do_block_and_skipped_facets_do_not() {
     let mesh = soup(300, 3);
     let judge = BruteTracer::new(&mesh);
     for tracer in tracers(&mesh) {
-        for segment in segments(3000, 4) {
+        for segment in random_segments(3000, 4) {
             let (named, _) = blocked(tracer.as_ref(), &[segment], Candidates::All);
             if named[0] == NO_FACET {
                 continue;
@@ -78,7 +61,7 @@ fn hits_outside_the_candidates_are_reported_and_do_not_block() {
     let mesh = soup(400, 5);
     let judge = BruteTracer::new(&mesh);
     let candidates = [Interval { start: 10, end: 60 }, Interval { start: 200, end: 333 }];
-    let segments = segments(4000, 6);
+    let segments = random_segments(4000, 6);
     let (expected, _) = blocked(&judge, &segments, Candidates::Only(&candidates));
     for tracer in tracers(&mesh) {
         let (got, audit) = blocked(tracer.as_ref(), &segments, Candidates::Only(&candidates));

@@ -1,9 +1,10 @@
 //! No light leaves a closed shell, not even through an edge or a corner where facets meet. A failure means
 //! bright lines along the edges of closed rooms.
 
+use lightshaft::compare::Numbers;
 use lightshaft::tracer::{Candidates, NO_FACET, Segment};
 
-use crate::meshes::{Numbers, shell};
+use crate::meshes::shell;
 use crate::tracers;
 use crate::verdict::blockers;
 
@@ -22,14 +23,14 @@ fn no_segment_leaves_a_closed_shell() {
             let segments: Vec<Segment> = (0..COUNT)
                 .map(|_| {
                     let [a, b, c] = mesh.triangles[numbers.below(mesh.triangles.len())].map(at);
-                    let (s, t) = (numbers.next(), numbers.next());
+                    let (s, t) = (numbers.next_number(), numbers.next_number());
                     let target = match kind {
                         "corners" => a,
                         "edges" => a.lerp(b, s),
                         _ => c.lerp(a.lerp(b, s), t),
                     };
                     let from = numbers.point() * 0.2;
-                    let to = from + (target - from) * (2.0 + numbers.next());
+                    let to = from + (target - from) * (2.0 + numbers.next_number());
                     Segment { from, to, skip: [NO_FACET; 2] }
                 })
                 .collect();

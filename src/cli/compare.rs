@@ -1,0 +1,277 @@
+//! `compare`: the same work on Embree and on the fallback tracer.
+
+use std::path::Path;
+
+use super::args::TracerArg;
+use super::camera::choose_camera;
+use super::config::{CompareConfig, Pictures};
+use super::console;
+use super::errors::CliError;
+use super::solved::{Loaded, in_pool, solve_options};
+use crate::compare::{
+    Ask, CompareOptions, Disagreement, Question, Referee, ReplayError, Standing, compare, difference_picture,
+    distance_to_change, read_replay, write_replay,
+};
+use crate::hierarchy::Hierarchy;
+use crate::image::picture::Picture;
+use crate::image::tone::Exposure;
+use crate::image::write::{OutputError, check_destination, write_picture};
+use crate::image::{RenderOptions, View};
+use crate::progress::Progress;
+use crate::report::compare::{CompareReport, DescribedDisagreement, ReplayedRay};
+use crate::report::json::write_json;
+use crate::tracer::Tracer;
+
+/// How much brighter the picture of the difference is.
+const GAIN: f32 = 16.0;
+
+/// Compares as configured; the answer goes to standard output.
+///
+/// # Errors
+/// The first thing that goes wrong; when the tracers disagree, after everything has been written.
+pub(super) fn run(config: &CompareConfig) -> Result<(), CliError> {
+    for path in config.replay_file.iter().chain(&config.json) {
+        check_destination(path)?;
+    }
+    if let Some(places) = &config.pictures {
+        check_folder(places)?;
+    }
+    in_pool(&config.run, |progress| match &config.replay {
+        Some(file) => replay(config, file, progress),
+        None => run_in_pool(config, progress),
+    })
+}
+
+/// Checks that the pictures can be written; a folder that is missing is made later.
+fn check_folder(Pictures { folder, files }: &Pictures) -> Result<(), CliError> {
+    if folder.is_dir() {
+        return Ok(files.iter().try_for_each(|path| check_destination(path))?);
+    }
+    if folder.exists() {
+        return Err(CliError::OutputFolder(format!("{}: exists and is not a folder", folder.display())));
+    }
+    // It needs what a file in its place would need.
+    Ok(check_destination(folder)?)
+}
+
+fn run_in_pool(config: &CompareConfig, progress: &dyn Progress) -> Result<(), CliError> {
+    let loaded = Loaded::load(&config.run, progress)?;
+    let camera = choose_camera(&loaded.scene, &config.view)?;
+    let (hierarchy, tracers) = built(config, &loaded, progress)?;
+    let options = CompareOptions {
+        solve: solve_options(&config.run.solve),
+        rays: config.rays as usize,
+        repeats: config.repeats,
+        camera,
+        render: RenderOptions { samples: config.view.samples, view: View::Shaded },
+        square_meters: hierarchy.square_meters_per_unit(loaded.scene.meters_per_unit),
+    };
+    let tracers = tracers.each_ref().map(AsRef::as_ref);
+    let (found, pictures) = compare(&hierarchy, tracers, &options, progress);
+    let names = tracers.map(|tracer| tracer.name());
+    let threads = rayon::current_num_threads();
+    let report = CompareReport::new(&loaded.scene.name, names, threads, &hierarchy, &found);
+
+    if !config.run.quiet {
+        console::answer(&report.text())?;
+    }
+    if let Some(path) = &config.json {
+        write_json(path, &report)?;
+    }
+    if let Some(path) = &config.replay_file {
+        let explain =
+            |worst: &Disagreement| DescribedDisagreement::new(&hierarchy, worst).line(&report.tracers);
+        write_replay(path, &hierarchy.mesh, &found.rays.worst, &explain)?;
+    }
+    if let Some(places) = &config.pictures {
+        write_pictures(places, &pictures)?;
+    }
+    verdict(&report)
+}
+
+/// The error when the tracers disagree.
+fn verdict(report: &CompareReport) -> Result<(), CliError> {
+    match report.objection() {
+        None => Ok(()),
+        Some(objection) => Err(CliError::TracersDisagree(format!("{}: {objection}", report.scene))),
+    }
+}
+
+/// The hierarchy with Embree and the fallback over it.
+fn built(
+    config: &CompareConfig,
+    loaded: &Loaded,
+    progress: &dyn Progress,
+) -> Result<(Hierarchy, [Box<dyn Tracer>; 2]), CliError> {
+    let hierarchy = Hierarchy::build(&loaded.scene, config.run.solve.one_sided, progress);
+    progress.start("build", 0);
+    let tracer = |kind| loaded.tracer(&config.run, kind, &hierarchy);
+    let tracers = tracer(TracerArg::Embree).and_then(|native| Ok([native, tracer(TracerArg::Fallback)?]));
+    progress.finish();
+    Ok((hierarchy, tracers?))
+}
+
+/// Both pictures with the exposure of the first, and their difference.
+fn write_pictures(places: &Pictures, [native, other]: &[Picture; 2]) -> Result<(), OutputError> {
+    if !places.folder.is_dir() {
+        std::fs::create_dir(&places.folder)
+            .map_err(|source| OutputError::Io { path: places.folder.clone(), source })?;
+    }
+    let exposure = Exposure::Automatic.multiplier(native);
+    let difference = difference_picture([native, other], GAIN);
+    for (path, picture) in places.files.iter().zip([native, other, &difference]) {
+        write_picture(path, picture, exposure)?;
+    }
+    Ok(())
+}
+
+/// Traces the rays of a file one by one and tells everything about them.
+fn replay(config: &CompareConfig, file: &Path, progress: &dyn Progress) -> Result<(), CliError> {
+    let loaded = Loaded::load(&config.run, progress)?;
+    let (hierarchy, tracers) = built(config, &loaded, progress)?;
+    let rays = read_replay(file, &hierarchy.mesh).map_err(replay_failure)?;
+    let tracers = tracers.each_ref().map(AsRef::as_ref);
+    let (referee, names) = (Referee::new(&hierarchy.mesh), tracers.map(|tracer| tracer.name()));
+    let mut text = format!("{}: {} rays of {}\n", loaded.scene.name, rays.len(), file.display());
+    let mut wrong = 0;
+    for (number, ray) in (1..).zip(rays) {
+        let replayed = match ray.question {
+            Question::Segment(segment) => {
+                let to_change = |facet| (facet, distance_to_change(&hierarchy.mesh, facet, &segment));
+                let expected = referee.blockers(&segment).into_iter().map(to_change).collect();
+                replayed(&referee, tracers, ray.kind, segment, expected)
+            }
+            Question::Ray(asked) => {
+                let first = referee.first_hit(&asked).map(|hit| hit.facet);
+                let to_change = |facet| (facet, referee.distance_from_outline(&asked, facet));
+                replayed(&referee, tracers, ray.kind, asked, first.map(to_change).into_iter().collect())
+            }
+        };
+        wrong += u32::from(replayed.in_packet.severity().0 == Standing::Wrong);
+        text += &format!("\n{number}. {}", replayed.text(&hierarchy, names));
+    }
+    if !config.run.quiet {
+        console::answer(&text)?;
+    }
+    match wrong {
+        0 => Ok(()),
+        _ => Err(CliError::TracersDisagree(format!("{}: {wrong} rays are wrong", file.display()))),
+    }
+}
+
+fn replayed<T: Ask>(
+    referee: &Referee<'_>,
+    tracers: [&dyn Tracer; 2],
+    kind: String,
+    asked: T,
+    expected: Vec<(u32, f64)>,
+) -> ReplayedRay {
+    // A packet of one is traced in another way than one of several.
+    let (answers, rulings) = T::ask(&[asked; 2], tracers, referee)[0];
+    let (alone, _) = T::ask(&[asked], tracers, referee)[0];
+    let in_packet = Disagreement { kind, question: asked.question(), answers, rulings };
+    ReplayedRay { in_packet, alone, expected }
+}
+
+/// What an unusable replay file means for the caller.
+fn replay_failure(error: ReplayError) -> CliError {
+    let message = error.to_string();
+    match error {
+        ReplayError::Unreadable { .. } => CliError::Unreadable(message),
+        ReplayError::Malformed { .. }
+        | ReplayError::OtherVersion { .. }
+        | ReplayError::OtherGeometry { .. } => CliError::Malformed(message),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::errors::ExitKind;
+    use super::*;
+    use crate::progress::Silent;
+    use crate::radiosity::SolveOptions;
+    use crate::scene;
+    use crate::tracer::{Candidates, FallbackTracer, FilterAudit, Hit, Interval, NO_FACET, Ray, Segment};
+    use crate::visibility::{Strategy, VisibilityOptions};
+
+    /// A side of the short box that throws a shadow.
+    const BOX_SIDE: u32 = 14;
+
+    /// Does not see one facet, whoever asks.
+    struct Blind<'a>(&'a FallbackTracer, u32);
+
+    impl Tracer for Blind<'_> {
+        fn name(&self) -> &'static str {
+            "blind"
+        }
+
+        fn blockers(
+            &self,
+            segments: &[Segment],
+            candidates: Candidates<'_>,
+            blockers: &mut [u32],
+            audit: &mut FilterAudit,
+        ) {
+            let everything = [Interval { start: 0, end: u32::MAX }];
+            let seen = match candidates {
+                Candidates::All => &everything,
+                Candidates::Only(list) => list,
+            };
+            let parts =
+                |i: &Interval| [(i.start, i.end.min(self.1)), (i.start.max(self.1.saturating_add(1)), i.end)];
+            let parts = seen.iter().flat_map(parts).filter(|(start, end)| start < end);
+            let left: Vec<Interval> = parts.map(|(start, end)| Interval { start, end }).collect();
+            self.0.blockers(segments, Candidates::Only(&left), blockers, audit);
+        }
+
+        fn first_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+            self.0.first_hits(rays, hits);
+        }
+    }
+
+    /// The verdict on the Cornell box with a tracer and one that is blind to a facet.
+    fn verdict_on(facet: u32) -> (Result<(), CliError>, CompareReport) {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell-box/scene.toml");
+        let scene = scene::load(&path, &Default::default(), &Silent).expect("a scene of the project");
+        let hierarchy = Hierarchy::build(&scene, false, &Silent);
+        let tracer = FallbackTracer::new(&hierarchy.mesh);
+        let options = CompareOptions {
+            solve: SolveOptions {
+                epsilon: 2e-2,
+                contrast: 0.8,
+                min_size: None,
+                resolution: 16.0,
+                iterations: 200,
+                visibility: VisibilityOptions { strategy: Strategy::Adaptive, rays: 4, certify: false },
+            },
+            rays: 2000,
+            repeats: 1,
+            camera: scene::Camera { width: 8, height: 8, ..scene.cameras[0].clone() },
+            render: RenderOptions { samples: 1, view: View::Shaded },
+            square_meters: 1.0,
+        };
+        let blind = Blind(&tracer, facet);
+        let (found, _) = compare(&hierarchy, [&tracer, &blind], &options, &Silent);
+        let report = CompareReport::new(&scene.name, ["fallback", "blind"], 1, &hierarchy, &found);
+        (verdict(&report), report)
+    }
+
+    #[test]
+    fn a_tracer_that_is_blind_to_one_facet_ends_with_code_9_and_the_place() {
+        let (same, report) = verdict_on(NO_FACET);
+        assert!(same.is_ok() && report.agree, "{}", report.text());
+        assert_eq!((report.links.share(), report.exitance.max, report.picture.max), (0.0, 0.0, 0.0));
+
+        // Facets of the two boxes, the last but for the walls.
+        let (different, report) = verdict_on(BOX_SIDE);
+        let error = different.expect_err("the tracers disagree");
+        assert_eq!((error.kind(), error.kind().code()), (ExitKind::TracersDisagree, 9));
+        let message = error.to_string();
+        for part in ["rays are wrong in blind", "worst: ", &format!("facet {BOX_SIDE} at ("), "blind: "] {
+            assert!(message.contains(part), "{part} is missing: {message}");
+        }
+        assert!(report.links.share() > 0.0 && report.exitance.max > 0.0, "{}", report.text());
+        let shadow_rays = &report.rays[0];
+        assert!(shadow_rays.wrong[1] > 0 && shadow_rays.wrong[0] == 0, "{}", report.text());
+    }
+}

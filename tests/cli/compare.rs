@@ -1,0 +1,199 @@
+//! `compare`: its words, tables and files, replay files, and what is wrong with its input.
+
+use serde_json::Value;
+
+use crate::run::{Folder, Run, has_embree};
+
+const QUICK: [&str; 6] = ["--quality", "draft", "--rays", "2000", "--repeat", "1"];
+
+fn compare(folder: &Folder, options: &[&str]) -> Run {
+    folder.run(&[&["compare", "scene.toml", "-q"][..], &QUICK, options].concat())
+}
+
+fn record(folder: &Folder, name: &str) -> Value {
+    serde_json::from_slice(&std::fs::read(folder.path(name)).expect("a record")).expect("JSON")
+}
+
+#[test]
+fn tracers_that_agree_are_code_0_with_words_before_tables() {
+    let folder = Folder::with_scene();
+    if !has_embree(&folder) {
+        return;
+    }
+    let run = folder.run(&[&["compare", "scene.toml"][..], &QUICK].concat());
+    assert_eq!(run.code, 0, "{run:?}");
+    assert!(run.stdout.contains("embree and fallback"), "{}", run.stdout);
+    let at =
+        |part: &str| run.stdout.find(part).unwrap_or_else(|| panic!("{part} is missing:\n{}", run.stdout));
+    assert!(at("The tracers agree.") < at("shadow rays  "), "{}", run.stdout);
+    for part in ["links", "exitance, root mean square", "picture, largest", "solve (s)", "render (s)"] {
+        at(part);
+    }
+    assert_eq!(folder.names(), ["corner.obj", "scene.toml"]);
+}
+
+#[test]
+fn every_field_of_the_record_is_documented() {
+    let folder = Folder::with_scene();
+    if !has_embree(&folder) {
+        return;
+    }
+    let run = compare(&folder, &["--json", "a.json"]);
+    assert_eq!((run.code, run.stdout.as_str(), run.stderr.as_str()), (0, "", ""), "{run:?}");
+    let value = record(&folder, "a.json");
+    let documented = include_str!("../../docs/compare.md");
+    let mut names: Vec<&String> = value.as_object().expect("a record").keys().collect();
+    for inner in ["links", "exitance", "picture"] {
+        names.extend(value[inner].as_object().expect("a record").keys());
+    }
+    for inner in ["rays", "worst"] {
+        let first = value[inner].as_array().expect("a list").first();
+        names.extend(first.and_then(Value::as_object).into_iter().flat_map(|record| record.keys()));
+    }
+    assert!(names.len() > 30, "{names:?}");
+    for name in names {
+        assert!(documented.contains(&format!("`{name}`")), "docs/compare.md does not explain {name}");
+    }
+    let kinds: Vec<&str> =
+        value["rays"].as_array().expect("a list").iter().filter_map(|tally| tally["name"].as_str()).collect();
+    assert_eq!((kinds.first(), kinds.last()), (Some(&"shadow rays"), Some(&"all")));
+    for kind in kinds {
+        assert!(documented.contains(kind), "docs/compare.md does not explain {kind}");
+    }
+    assert_eq!(value["agree"], true);
+    let all = value["rays"].as_array().and_then(|rays| rays.last()).expect("a sum");
+    assert_eq!(all["wrong"], serde_json::json!([0, 0]));
+    assert!(all["traced"].as_u64() > Some(2000), "{all}");
+}
+
+#[test]
+fn what_is_found_does_not_depend_on_the_threads() {
+    let folder = Folder::with_scene();
+    if !has_embree(&folder) {
+        return;
+    }
+    for threads in ["1", "3"] {
+        let files = [format!("{threads}.json"), format!("{threads}.replay")];
+        let options = ["--threads", threads, "--json", &files[0], "--replay-file", &files[1]];
+        assert_eq!(compare(&folder, &options).code, 0);
+    }
+    let [one, three] = ["1.json", "3.json"].map(|name| record(&folder, name));
+    for field in ["rays", "worst", "links", "exitance", "picture"] {
+        assert_eq!(one[field], three[field], "{field}");
+    }
+    let [one, three] = ["1.replay", "3.replay"].map(|name| std::fs::read(folder.path(name)).expect("a file"));
+    assert_eq!(one, three);
+}
+
+#[test]
+fn three_pictures_of_one_size_go_to_a_folder_that_is_made() {
+    let folder = Folder::with_scene();
+    if !has_embree(&folder) {
+        return;
+    }
+    let options = ["-o", "pictures", "--camera", "side", "--width", "20"];
+    assert_eq!(compare(&folder, &options).code, 0);
+    let names = crate::run::names(&folder.path("pictures"));
+    assert_eq!(names, ["difference.png", "fallback.png", "native.png"]);
+    for name in names {
+        let picture = image::open(folder.path("pictures").join(&name)).expect("a picture").to_rgb8();
+        assert_eq!(picture.dimensions(), (20, 20), "{name}");
+        let brightest = picture.pixels().map(|pixel| pixel.0[0]).max();
+        assert_eq!(brightest > Some(50), name != "difference.png", "{name}: {brightest:?}");
+    }
+    // Once more over what is there.
+    assert_eq!(compare(&folder, &options).code, 0);
+}
+
+/// A file of rays for the scene: some of its own, and what is added.
+fn recorded(folder: &Folder, added: &str) -> String {
+    assert_eq!(compare(folder, &["--replay-file", "a.replay"]).code, 0);
+    let text = std::fs::read_to_string(folder.path("a.replay")).expect("a replay file");
+    text + added
+}
+
+#[test]
+fn recorded_rays_are_traced_again_one_by_one() {
+    let folder = Folder::with_scene();
+    if !has_embree(&folder) {
+        return;
+    }
+    let text =
+        recorded(&folder, "segment 0 -0.9 0 0.01 0.9 0 - - by hand\nsegment 0 5 0 0.01 6 0 0 - by hand\n");
+    folder.write("b.replay", &text);
+    let run = folder.run(&["compare", "scene.toml", "--replay", "b.replay"]);
+    assert_eq!(run.code, 0, "{run:?}");
+    let rays = text.lines().skip(2).filter(|line| !line.starts_with('#')).count();
+    assert!(run.stdout.contains(&format!("{rays} rays of b.replay")), "{}", run.stdout);
+    let last = run.stdout.split(&format!("\n{}. by hand", rays - 1)).nth(1).expect("the first of the two");
+    let (first, second) = last.split_once("\n\n").expect("two rays");
+    for part in ["embree: facet", "fallback: facet", "referee: facet", "material default", "(right)"] {
+        assert!(first.contains(part), "{part} is missing: {first}");
+    }
+    for part in ["embree: clear (right)", "referee: clear", "an end is on facet 0"] {
+        assert!(second.contains(part), "{part} is missing: {second}");
+    }
+}
+
+#[test]
+fn replay_files_that_do_not_fit_are_code_4_and_say_why() {
+    let folder = Folder::with_scene();
+    if !has_embree(&folder) {
+        return;
+    }
+    let text = recorded(&folder, "segment 0 0 0 1 0 0 - - by hand\n");
+    let lines = text.lines().count();
+    for (name, content, parts) in [
+        ("version.replay", text.replace("replay 1\n", "replay 7\n"), vec!["version 7", "version 1"]),
+        (
+            "line.replay",
+            format!("{text}segment 0 0 zero 1 0 0 - - by hand\n"),
+            vec![&*format!(":{}:", lines + 1), "'zero'"],
+        ),
+        ("mesh.replay", "v 0 0 0\n".to_owned(), vec![":1:", "lightshaft replay"]),
+        ("empty.replay", String::new(), vec![":1:"]),
+    ] {
+        folder.write(name, content);
+        let parts = [&[name][..], &parts].concat();
+        folder.run(&["compare", "scene.toml", "-q", "--replay", name]).expect_error(4, &parts);
+    }
+    // The lamp is moved.
+    let scene = std::fs::read_to_string(folder.path("scene.toml")).expect("the scene");
+    folder.write("other.toml", scene.replace(", 2, ", ", 1.9, "));
+    let run = folder.run(&["compare", "other.toml", "-q", "--replay", "a.replay"]);
+    run.expect_error(4, &["a.replay", "other geometry"]);
+    folder.run(&["compare", "nowhere.toml"]).expect_error(3, &["nowhere.toml"]);
+    folder.run(&["compare", "scene.toml", "-q", "--replay", "none.replay"]).expect_error(3, &["none.replay"]);
+}
+
+#[test]
+fn without_embree_it_says_so_with_code_7() {
+    let folder = Folder::with_scene();
+    let run = compare(&folder, &["--embree-lib", "none.so"]);
+    run.expect_error(7, &["Embree is not usable", "doctor"]);
+}
+
+#[test]
+fn what_cannot_be_done_is_said_before_anything_is_solved() {
+    let folder = Folder::with_scene();
+    folder.write("taken", "");
+    let before = folder.names();
+    for (options, code, part) in [
+        (&["--visibility", "all"][..], 2, "--visibility all"),
+        (&["--certify", "--visibility", "sampled"], 2, "--certify"),
+        (&["--json", "a.txt"], 2, ".json"),
+        (&["--json", "a.json", "--replay-file", "a.json"], 2, "a.json"),
+        (&["--replay-file", "scene.toml"], 2, "scene.toml"),
+        (&["--json", "no/a.json"], 6, "no/a.json"),
+        (&["--replay-file", "no/a.replay"], 6, "no/a.replay"),
+        (&["-o", "taken"], 6, "taken"),
+        (&["-o", "no/pictures"], 6, "no"),
+    ] {
+        compare(&folder, options).expect_error(code, &[part]);
+    }
+    for options in [&["--repeat", "0"][..], &["--replay", "a.replay"], &["--pair-rays", "0"]] {
+        let run = compare(&folder, options);
+        assert!(run.code == 2 && run.stderr.contains(options[0]), "{run:?}");
+    }
+    assert_eq!(folder.names(), before);
+}
