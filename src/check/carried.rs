@@ -1,4 +1,4 @@
-//! What the links of a solution carry, link by link: for the light it has, and for any other.
+//! What the links of a solution carry, link by link, and light that is alike on all surfaces.
 
 use super::subject::Subject;
 use crate::math::CosineLobes;
@@ -8,9 +8,9 @@ use rayon::prelude::*;
 use std::f32::consts::PI;
 
 /// Irradiance of every element over all links that lead to it or to what it is a part of.
-pub(super) fn irradiance(subject: &Subject<'_>, light: &Light) -> Vec<Vec3> {
+pub(super) fn irradiance(subject: &Subject<'_>) -> Vec<Vec3> {
     let (hierarchy, solution) = (subject.hierarchy, subject.solution);
-    let (forest, links) = (&solution.forest, &solution.links);
+    let (forest, links, light) = (&solution.forest, &solution.links, &solution.light);
     let openness = &solution.openness;
     let arriving = openness.arriving(hierarchy, forest, links, light);
     let mut irradiance: Vec<Vec3> = (0..forest.len() as u32)

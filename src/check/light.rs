@@ -62,7 +62,7 @@ pub(super) struct Residual {
 
 pub(super) fn residual(subject: &Subject<'_>) -> Residual {
     let light = &subject.solution.light;
-    let carried = irradiance(subject, light);
+    let carried = irradiance(subject);
     let (mut found, mut most) = (Residual::default(), 0.0);
     for &leaf in &subject.leaves {
         let received = light.irradiance[leaf as usize];

@@ -5,7 +5,6 @@ use crate::math::hash_pair;
 use crate::radiosity::{Link, Piece, Solution, place};
 use crate::tracer::Tracer;
 use glam::Vec3;
-use std::f32::consts::PI;
 
 /// A solution with the scene it belongs to. Nodes have the ids that links use: clusters, then elements.
 pub(super) struct Subject<'a> {
@@ -36,7 +35,7 @@ impl<'a> Subject<'a> {
                 parents[second as usize] = clusters + element;
             }
         }
-        let leaves = (0..forest.len() as u32).filter(|&e| forest.second[e as usize] == 0).collect();
+        let leaves = forest.leaves().map(|element| element as u32).collect();
         Subject { hierarchy, tracer, solution, leaves, parents }
     }
 
@@ -113,9 +112,7 @@ impl<'a> Subject<'a> {
     pub(super) fn surface_of(&self, element: u32) -> (Vec3, Vec3) {
         let forest = &self.solution.forest;
         let side = forest.side(forest.side_of(element));
-        let material = self.hierarchy.material(side.facet);
-        let emitted = if side.back { Vec3::ZERO } else { Vec3::from(material.radiance) * PI };
-        (emitted, Vec3::from(material.reflectance))
+        (self.hierarchy.emitted(side), Vec3::from(self.hierarchy.material(side.facet).reflectance))
     }
 
     /// Area of an element, local units.

@@ -60,18 +60,8 @@ pub(super) struct RenderArgs {
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: PathBuf,
 
-    /// Camera of the scene [default: the first]
-    #[arg(long, value_name = "NAME", help_heading = "View")]
-    pub(super) camera: Option<String>,
-    /// Width in pixels; alone, the height follows the camera's proportions
-    #[arg(long, value_name = "PIXELS", help_heading = "View", value_parser = whole(1, MAX_PIXELS), allow_negative_numbers = true)]
-    pub(super) width: Option<u32>,
-    /// Height in pixels; alone, the width follows the camera's proportions
-    #[arg(long, value_name = "PIXELS", help_heading = "View", value_parser = whole(1, MAX_PIXELS), allow_negative_numbers = true)]
-    pub(super) height: Option<u32>,
-    /// Samples per pixel, 1 to 1024, against jagged edges [default: by --quality]
-    #[arg(long, value_name = "N", help_heading = "View", value_parser = whole(1, 1024), allow_negative_numbers = true)]
-    pub(super) samples: Option<u32>,
+    #[command(flatten)]
+    pub(super) picture: PictureArgs,
     /// Multiplier on linear radiance before tone mapping [default: chosen from the picture]
     #[arg(long, value_name = "X", help_heading = "View", value_parser = positive, allow_negative_numbers = true)]
     pub(super) exposure: Option<f64>,
@@ -251,18 +241,8 @@ pub(super) struct CompareArgs {
     #[arg(long, value_name = "FILE", conflicts_with_all = ["rays", "repeat", "output", "replay_file", "json"])]
     pub(super) replay: Option<PathBuf>,
 
-    /// Camera of the scene [default: the first]
-    #[arg(long, value_name = "NAME", help_heading = "View")]
-    pub(super) camera: Option<String>,
-    /// Width in pixels; alone, the height follows the camera's proportions
-    #[arg(long, value_name = "PIXELS", help_heading = "View", value_parser = whole(1, MAX_PIXELS), allow_negative_numbers = true)]
-    pub(super) width: Option<u32>,
-    /// Height in pixels; alone, the width follows the camera's proportions
-    #[arg(long, value_name = "PIXELS", help_heading = "View", value_parser = whole(1, MAX_PIXELS), allow_negative_numbers = true)]
-    pub(super) height: Option<u32>,
-    /// Samples per pixel, 1 to 1024 [default: by --quality]
-    #[arg(long, value_name = "N", help_heading = "View", value_parser = whole(1, 1024), allow_negative_numbers = true)]
-    pub(super) samples: Option<u32>,
+    #[command(flatten)]
+    pub(super) picture: PictureArgs,
 
     #[command(flatten)]
     pub(super) exactness: ExactnessArgs,
@@ -281,6 +261,23 @@ pub(super) struct CompareArgs {
     /// Print nothing but errors
     #[arg(short, long, help_heading = "Report")]
     pub(super) quiet: bool,
+}
+
+/// Which picture is taken.
+#[derive(Debug, Args)]
+pub(super) struct PictureArgs {
+    /// Camera of the scene [default: the first]
+    #[arg(long, value_name = "NAME", help_heading = "View")]
+    pub(super) camera: Option<String>,
+    /// Width in pixels; alone, the height follows the camera's proportions
+    #[arg(long, value_name = "PIXELS", help_heading = "View", value_parser = whole(1, MAX_PIXELS), allow_negative_numbers = true)]
+    pub(super) width: Option<u32>,
+    /// Height in pixels; alone, the width follows the camera's proportions
+    #[arg(long, value_name = "PIXELS", help_heading = "View", value_parser = whole(1, MAX_PIXELS), allow_negative_numbers = true)]
+    pub(super) height: Option<u32>,
+    /// Samples per pixel, 1 to 1024, against jagged edges [default: by --quality]
+    #[arg(long, value_name = "N", help_heading = "View", value_parser = whole(1, 1024), allow_negative_numbers = true)]
+    pub(super) samples: Option<u32>,
 }
 
 /// How exact the solution has to be and how visibility is decided.

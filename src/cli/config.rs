@@ -7,8 +7,8 @@ pub(super) use compare::{CompareConfig, Pictures};
 use std::path::{Path, PathBuf};
 
 use super::args::{
-    CheckArgs, ConvergenceArgs, ExactnessArgs, MachineArgs, ProbeArgs, ProfileArgs, QualityArg, RenderArgs,
-    SolutionArgs, TracerArg, ViewArg, VisibilityArg,
+    CheckArgs, ConvergenceArgs, ExactnessArgs, MachineArgs, PictureArgs, ProbeArgs, ProfileArgs, QualityArg,
+    RenderArgs, SolutionArgs, TracerArg, ViewArg, VisibilityArg,
 };
 use super::errors::CliError;
 use crate::image::tone::Exposure;
@@ -222,6 +222,13 @@ impl RunConfig {
     }
 }
 
+impl ViewConfig {
+    fn of(typed: PictureArgs, preset: &Preset, exposure: Exposure, kind: ViewArg) -> Self {
+        let PictureArgs { camera, width, height, samples } = typed;
+        Self { camera, width, height, samples: samples.unwrap_or(preset.samples), exposure, kind }
+    }
+}
+
 impl RenderConfig {
     /// Fills in the defaults and checks what depends on several options.
     ///
@@ -236,14 +243,7 @@ impl RenderConfig {
         check_distinct(&[Some(&typed.scene), Some(&typed.output), typed.stats.as_ref()])?;
         check_extension("--stats", typed.stats.as_deref(), "json")?;
         let preset = Preset::of(typed.solution.exactness.quality);
-        let view = ViewConfig {
-            camera: typed.camera,
-            width: typed.width,
-            height: typed.height,
-            samples: typed.samples.unwrap_or(preset.samples),
-            exposure: checked_exposure(typed.exposure)?,
-            kind: typed.view,
-        };
+        let view = ViewConfig::of(typed.picture, &preset, checked_exposure(typed.exposure)?, typed.view);
         let outputs = [Some(&typed.output), typed.stats.as_ref()].into_iter().flatten().cloned().collect();
         let run = RunConfig::check(typed.scene, outputs, typed.solution, typed.machine, typed.quiet)?;
         Ok(Self { run, output: typed.output, format, stats: typed.stats, view })

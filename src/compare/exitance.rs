@@ -2,10 +2,9 @@
 
 use crate::hierarchy::Hierarchy;
 use crate::radiosity::{Piece, Solution, place};
-use glam::Vec3;
+use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
-use std::f32::consts::PI;
 
 /// Difference of exitance, W/m²; of three channels the one where it is largest, means over the area.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -67,11 +66,9 @@ impl ExitanceDifference {
 /// Over the leaf elements; of the brightest channel.
 fn mean_reflected(hierarchy: &Hierarchy, solution: &Solution) -> f64 {
     let (forest, exitance) = (&solution.forest, &solution.light.exitance);
-    let (mut power, mut area) = (Vec3::ZERO.as_dvec3(), 0.0);
+    let (mut power, mut area) = (DVec3::ZERO, 0.0);
     for side in 0..forest.side_count() {
-        let named = forest.side(side);
-        let emitted = hierarchy.material(named.facet).radiance;
-        let emitted = if named.back { Vec3::ZERO } else { Vec3::from(emitted) * PI };
+        let emitted = hierarchy.emitted(forest.side(side));
         let root = forest.first_element[side] as usize;
         power += (exitance[root] - emitted).as_dvec3() * forest.area[root] as f64;
         area += forest.area[root] as f64;
@@ -176,8 +173,7 @@ mod tests {
     /// Area and mean exitance of the leaves.
     fn mean(solution: &Solution) -> (f64, f64) {
         let forest = &solution.forest;
-        let leaves = (0..forest.len()).filter(|&element| forest.second[element] == 0);
-        let (area, power) = leaves.fold((0.0, 0.0), |(area, power), element| {
+        let (area, power) = forest.leaves().fold((0.0, 0.0), |(area, power), element| {
             let own = forest.area[element] as f64;
             (area + own, power + own * solution.light.exitance[element].element_sum() as f64 / 3.0)
         });

@@ -22,6 +22,7 @@ use crate::math::Polygon;
 use crate::progress::Progress;
 use crate::scene::{Material, Scene};
 use glam::{DVec3, Vec3};
+use std::f32::consts::PI;
 
 /// Distances below this are rounding, in local coordinates (the scene spans about −1 to 1).
 pub const TOLERANCE: f64 = 2e-6;
@@ -142,6 +143,11 @@ impl Hierarchy {
     pub fn side_normal(&self, side: Side) -> DVec3 {
         let normal = self.facets[side.facet as usize].plane.normal;
         if side.back { -normal } else { normal }
+    }
+
+    /// Exitance of a side by itself, W/m².
+    pub fn emitted(&self, side: Side) -> Vec3 {
+        if side.back { Vec3::ZERO } else { Vec3::from(self.material(side.facet).radiance) * PI }
     }
 
     /// The leaf that holds a facet.

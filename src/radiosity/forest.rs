@@ -159,7 +159,7 @@ impl Forest {
     }
 
     /// Elements that are not split.
-    pub(super) fn leaves(&self) -> impl Iterator<Item = usize> + '_ {
+    pub fn leaves(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.len()).filter(|&element| self.second[element] == 0)
     }
 

@@ -123,24 +123,27 @@ pub(super) struct Materials<'a> {
 impl Surface for Materials<'_> {
     fn of(&self, index: usize) -> (Vec3, Vec3) {
         let side = self.forest.side(index);
-        let material = self.hierarchy.material(side.facet);
-        let emitted = if side.back { Vec3::ZERO } else { Vec3::from(material.radiance) * PI };
-        (emitted, Vec3::from(material.reflectance))
+        (self.hierarchy.emitted(side), Vec3::from(self.hierarchy.material(side.facet).reflectance))
     }
 }
 
 impl Light {
+    /// No light on so many elements; nothing yet of clusters.
+    fn dark(elements: usize) -> Light {
+        Light {
+            exitance: vec![Vec3::ZERO; elements],
+            irradiance: vec![Vec3::ZERO; elements],
+            variation: vec![0.0; elements],
+            brightest: vec![0.0; elements],
+            ..Light::default()
+        }
+    }
+
     /// The light before the first iteration: emission only.
     pub(super) fn emitted(hierarchy: &Hierarchy, forest: &Forest, surface: &dyn Surface) -> Light {
         let elements = vec![Vec3::ZERO; forest.len()];
         let dark = vec![Arriving::default(); hierarchy.nodes.len()];
-        let mut light = Light {
-            exitance: elements.clone(),
-            irradiance: elements.clone(),
-            variation: vec![0.0; forest.len()],
-            brightest: vec![0.0; forest.len()],
-            ..Light::default()
-        };
+        let mut light = Light::dark(forest.len());
         let (damping, strays) = (Damping::none(forest.len()), Strays::none(forest.len()));
         let receiving =
             Receiving { damping: &damping, openness: &Openness::unknown(), strays: &strays, factor: 1.0 };
@@ -202,13 +205,7 @@ impl Light {
             })
             .collect();
         let arriving = receiving.openness.arriving(hierarchy, forest, links, self);
-        let mut next = Light {
-            exitance: vec![Vec3::ZERO; forest.len()],
-            irradiance: vec![Vec3::ZERO; forest.len()],
-            variation: vec![0.0; forest.len()],
-            brightest: vec![0.0; forest.len()],
-            ..Light::default()
-        };
+        let mut next = Light::dark(forest.len());
         next.push_pull(hierarchy, forest, surface, receiving, &gathered, &arriving);
         next
     }

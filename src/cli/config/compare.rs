@@ -57,14 +57,7 @@ impl CompareConfig {
         check_distinct(&named)?;
         let outputs = written.into_iter().cloned().collect();
         let preset = Preset::of(typed.exactness.quality);
-        let view = ViewConfig {
-            camera: typed.camera,
-            width: typed.width,
-            height: typed.height,
-            samples: typed.samples.unwrap_or(preset.samples),
-            exposure: Exposure::Automatic,
-            kind: ViewArg::Shaded,
-        };
+        let view = ViewConfig::of(typed.picture, &preset, Exposure::Automatic, ViewArg::Shaded);
         let solution =
             SolutionArgs { exactness: typed.exactness, rays: typed.pair_rays, visibility: typed.visibility };
         let machine = MachineArgs { tracer: TracerArg::Embree, library: typed.machine };
