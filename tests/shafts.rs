@@ -165,31 +165,62 @@ fn facets(hierarchy: &Hierarchy, nodes: &[u32]) -> Vec<u32> {
     intervals.iter().flat_map(|interval| interval.start..interval.end).collect()
 }
 
+/// Where points of segments are, seen from the shafts of their pairs.
+#[derive(Debug, Default)]
+struct Held {
+    points: u32,
+    planes: usize,
+    /// Outside the box of the shaft, and behind one of its planes.
+    outside: u32,
+    behind: u32,
+}
+
+/// Takes points on segments of random pairs; `fault` may spoil the planes of the shaft.
+fn hold(hierarchy: &Hierarchy, pairs: u32, fault: impl Fn(&mut [Plane])) -> Held {
+    let mut numbers = Numbers(61);
+    let mut held = Held::default();
+    for _ in 0..pairs {
+        let pair = Pair::random(hierarchy, &mut numbers);
+        let shaft = pair.shaft(hierarchy);
+        let mut planes = shaft.planes().to_vec();
+        fault(&mut planes);
+        held.planes += planes.len();
+        for _ in 0..10 {
+            let Some((from, to)) = pair.segment(hierarchy, &mut numbers) else { continue };
+            let point = from.lerp(to, numbers.next());
+            held.points += 1;
+            held.outside += u32::from(!shaft.bounds().contains(point, TOLERANCE));
+            held.behind += u32::from(planes.iter().any(|plane| plane.distance(point) <= -TOLERANCE));
+        }
+    }
+    held
+}
+
 /// The planes are computed in double precision from coordinates of about one, and the box around both ends
 /// is rounded to single precision: the tolerance is that of the whole program, 2·10⁻⁶.
 #[test]
 fn a_shaft_holds_every_segment_of_its_pair() {
     for name in SCENES {
         let Case { hierarchy, .. } = Case::load(name);
-        let mut numbers = Numbers(61);
-        let (mut segments, mut planes) = (0, 0);
-        for _ in 0..3000 {
-            let pair = Pair::random(&hierarchy, &mut numbers);
-            let shaft = pair.shaft(&hierarchy);
-            planes += shaft.planes().len();
-            for _ in 0..10 {
-                let Some((from, to)) = pair.segment(&hierarchy, &mut numbers) else { continue };
-                let point = from.lerp(to, numbers.next());
-                segments += 1;
-                assert!(shaft.bounds().contains(point, TOLERANCE), "{:?} {:?}", pair.receiver, pair.source);
-                for plane in shaft.planes() {
-                    let height = plane.distance(point);
-                    assert!(height > -TOLERANCE, "{height:e} {:?} {:?}", pair.receiver, pair.source);
-                }
+        let held = hold(&hierarchy, 3000, |_| ());
+        println!("{name}: {held:?}");
+        assert!(held.points > 10_000 && held.planes > 10_000, "{name}: {held:?}");
+        assert_eq!((held.outside, held.behind), (0, 0), "{name}: {held:?}");
+    }
+}
+
+/// The check itself: one plane of each shaft that faces the other way has to be noticed.
+#[test]
+fn a_flipped_plane_is_noticed() {
+    for name in SCENES {
+        let Case { hierarchy, .. } = Case::load(name);
+        let held = hold(&hierarchy, 300, |planes| {
+            if let Some(plane) = planes.last_mut() {
+                *plane = plane.flipped();
             }
-        }
-        println!("{name}: {segments} segments, {planes} planes");
-        assert!(segments > 10_000 && planes > 10_000, "{segments} {planes}");
+        });
+        println!("{name}: {held:?}");
+        assert!(held.behind > held.points / 2, "{name}: {held:?}");
     }
 }
 

@@ -50,7 +50,8 @@ impl Flights {
     }
 }
 
-/// Sends the light of all leaf elements on its way; the same rays for any number of threads.
+/// Sends the light of all leaf elements on its way; the same rays for any number of threads. Every other ray is of a
+/// sequence of its own: how far the two halves differ shows how much is noise.
 pub(super) fn flights(subject: &Subject<'_>) -> Flights {
     let exitance = &subject.solution.light.exitance;
     let lottery =
@@ -58,7 +59,7 @@ pub(super) fn flights(subject: &Subject<'_>) -> Flights {
     if lottery.total <= 0.0 {
         return Flights { all: Vec::new(), power: 0.0 };
     }
-    let sequence = PairSequence::new(2);
+    let sequences = [2, 3].map(PairSequence::new);
     let all = (0..RAYS / PACKET as u32)
         .into_par_iter()
         .flat_map_iter(|packet| {
@@ -66,8 +67,7 @@ pub(super) fn flights(subject: &Subject<'_>) -> Flights {
             let departures: [Departure; PACKET] = std::array::from_fn(|i| {
                 let index = packet * PACKET as u32 + i as u32;
                 from[i] = lottery.pick((index as f64 + 0.5) / RAYS as f64);
-                let [u, v, s, t] = sequence.point(index);
-                departure(&subject.piece(from[i]), [u, v, s, t])
+                departure(&subject.piece(from[i]), sequences[i % 2].point(index / 2))
             });
             let landings = landings(subject, &departures);
             (0..PACKET).map(move |i| Flight { from: from[i], landing: landings[i] })

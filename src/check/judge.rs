@@ -3,10 +3,11 @@
 use super::audit::{Audit, Kind, Power};
 use super::factors;
 use super::finding::Finding;
-use super::flights::RAYS;
+use super::flights::{Flights, RAYS};
+use super::groups;
 use super::light::{self, Balance};
 use super::limits::{LOST, Limits, PROOF, RECIPROCITY, REFLECTION, RESIDUAL, UNOBSTRUCTED, UNSETTLED};
-use super::rows::{self, Row};
+use super::rows::{self, Sums};
 use super::subject::Subject;
 use crate::radiosity::Link;
 
@@ -98,21 +99,25 @@ pub(super) fn row_sums(subject: &Subject<'_>, limits: &Limits) -> Vec<Finding> {
     let most = (excess.largest > rows::MOST)
         .then(|| format!("{:.3} at {}", excess.largest, subject.place(excess.element)));
     let rows = rows::rows(subject);
-    let mean = |of: fn(&Row) -> f64| rows.iter().map(of).sum::<f64>() / rows.len().max(1) as f64;
-    let (linked, found) = (mean(|row| row.linked), mean(|row| row.found));
-    let off = |row: &Row| (row.linked - row.found).abs();
-    let worst = rows.iter().max_by(|a, b| off(a).total_cmp(&off(b))).map(|row| {
+    let (count, sums) = (rows.len() as u64, Sums::of(&rows));
+    let worst = rows.iter().max_by(|a, b| a.off().abs().total_cmp(&b.off().abs())).map(|row| {
         let place = subject.place(row.element);
-        format!("mean {linked:.4} for {found:.4}; {:.3} for {:.3} at {place}", row.linked, row.found)
+        format!("{:.3} for {:.3} at {place}", row.linked, row.found)
     });
+    let means = (count > 0).then(|| format!("mean {:.4} for {:.4}", sums.linked, sums.found));
     vec![
         Finding::share(FACTORS, "row sums above 1.05, mean excess", excess.mean, limits.balance)
             .of(subject.leaves.len() as u64)
             .unless_rough(limits)
             .at(most)
             .telling(),
-        Finding::share(FACTORS, "row sums against rays", (linked - found).abs(), limits.row_sum)
-            .of(rows.len() as u64)
+        Finding::share(FACTORS, "row sums against rays", (sums.linked - sums.found).abs(), limits.row_sum)
+            .of(count)
+            .unless_rough(limits)
+            .at(means)
+            .telling(),
+        Finding::share(FACTORS, "row sums of single elements", sums.deviation, limits.single_row)
+            .of(count)
             .unless_rough(limits)
             .at(worst)
             .telling(),
@@ -136,7 +141,15 @@ pub(super) fn elements(subject: &Subject<'_>) -> Vec<Finding> {
 }
 
 /// Where all light goes.
-pub(super) fn power(subject: &Subject<'_>, balance: &Balance, limits: &Limits) -> Vec<Finding> {
+pub(super) fn power(
+    subject: &Subject<'_>,
+    flights: &Flights,
+    balance: &Balance,
+    limits: &Limits,
+) -> Vec<Finding> {
+    let spread = groups::spread(subject, flights);
+    let worst_group =
+        spread.worst.map(|(off, element)| format!("{:+.1} % around {}", 100.0 * off, subject.place(element)));
     let residual = light::residual(subject);
     let count = subject.leaves.len() as u64;
     let energy = subject.solution.energy;
@@ -158,6 +171,11 @@ pub(super) fn power(subject: &Subject<'_>, balance: &Balance, limits: &Limits) -
             .of(RAYS as u64)
             .unless_rough(limits)
             .at(Some(about_balance)),
+        Finding::share(LIGHT, "light on groups of surfaces", spread.deviation, limits.group)
+            .of(spread.count)
+            .unless_rough(limits)
+            .at(worst_group)
+            .telling(),
         Finding::share(LIGHT, "emitted light lost or made", lost, LOST).of(count),
         Finding::share(LIGHT, "still changing", changing, UNSETTLED).of(count),
     ]

@@ -18,6 +18,11 @@ pub struct Limits {
     pub(super) one_factor: f64,
     /// Difference of the mean row sum from the share of the hemisphere that rays find covered.
     pub(super) row_sum: f64,
+    /// Difference of the row sum of one element from that share, beyond the noise of its rays: root of the mean square.
+    pub(super) single_row: f64,
+    /// Difference of the light on a group of surfaces that face alike from what rays bring there, relative to it and
+    /// beyond the noise of the rays: root of the mean square.
+    pub(super) group: f64,
     /// Light lost or made between leaving one surface and arriving at the next, of all light sent out. No
     /// single cause may bring more of it either: row sums that are too large, light held back because of them.
     pub(super) balance: f64,
@@ -32,6 +37,8 @@ impl Limits {
         factor: 0.02,
         one_factor: 5e-3,
         row_sum: 0.05,
+        single_row: 0.2,
+        group: 0.2,
         balance: 0.05,
     };
 
@@ -43,6 +50,8 @@ impl Limits {
         factor: 5e-3,
         one_factor: 5e-4,
         row_sum: 0.01,
+        single_row: 0.1,
+        group: 0.1,
         balance: 0.01,
     };
 
@@ -54,6 +63,8 @@ impl Limits {
         factor: 5e-3,
         one_factor: 2.5e-4,
         row_sum: 0.01,
+        single_row: 0.1,
+        group: 0.1,
         balance: 5e-3,
     };
 }

@@ -10,6 +10,7 @@ mod contour;
 mod factors;
 mod finding;
 mod flights;
+mod groups;
 mod judge;
 mod light;
 mod limits;
@@ -79,7 +80,7 @@ pub fn check(
     progress.advance(1);
     findings.extend(judge::elements(subject));
     progress.advance(1);
-    findings.extend(judge::power(subject, &balance, limits));
+    findings.extend(judge::power(subject, &flights, &balance, limits));
     progress.finish();
     let kinds = audit.kinds.iter().map(|(kind, power)| KindOfLink {
         name: judge::name(*kind),

@@ -32,6 +32,34 @@ pub(super) struct Row {
     pub(super) linked: f64,
     /// Share in which rays meet a surface.
     pub(super) found: f64,
+    /// Variance of the difference: the rays, and the segments of partial links.
+    noise: f64,
+}
+
+impl Row {
+    pub(super) fn off(&self) -> f64 {
+        self.linked - self.found
+    }
+}
+
+/// What is found of many rows.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Sums {
+    pub(super) linked: f64,
+    pub(super) found: f64,
+    /// Difference of single rows beyond its noise: root of the mean square.
+    pub(super) deviation: f64,
+}
+
+impl Sums {
+    pub(super) fn of(rows: &[Row]) -> Sums {
+        let mean = |of: fn(&Row) -> f64| rows.iter().map(of).sum::<f64>() / rows.len().max(1) as f64;
+        Sums {
+            linked: mean(|row| row.linked),
+            found: mean(|row| row.found),
+            deviation: mean(|row| row.off().powi(2) - row.noise).max(0.0).sqrt(),
+        }
+    }
 }
 
 /// Rows of leaf elements, picked by the light they receive. Surfaces that send out next to no light do not
@@ -53,32 +81,44 @@ pub(super) fn rows(subject: &Subject<'_>) -> Vec<Row> {
         .into_par_iter()
         .map(|index| {
             let element = lottery.pick((index as f64 + 0.5) / count as f64);
-            Row {
-                element,
-                linked: covered_by_links(subject, element, &even),
-                found: covered_by_rays(subject, element, &even, index),
-            }
+            let (linked, noise) = covered_by_links(subject, element, &even);
+            let found = covered_by_rays(subject, element, &even, index);
+            Row { element, linked, found, noise: noise + found * (1.0 - found) / RAYS as f64 }
         })
         .collect()
 }
 
-fn covered_by_links(subject: &Subject<'_>, element: u32, even: &Light) -> f64 {
+/// With its variance.
+fn covered_by_links(subject: &Subject<'_>, element: u32, even: &Light) -> (f64, f64) {
     let (hierarchy, forest) = (subject.hierarchy, &subject.solution.forest);
-    let (mut sum, mut lobes) = (0.0, CosineLobes::<Vec3>::default());
+    let normal = subject.piece(element).plane.normal.as_vec3();
+    let (mut sum, mut noise, mut lobes) = (0.0, 0.0, CosineLobes::<Vec3>::default());
     for receiver in subject.lineage(subject.node(element)) {
         for link in subject.solution.links.of(receiver) {
             let mut link = *link;
-            if link.class == LinkClass::Partial {
-                link.visibility = clear_share(subject, element, &link, even) as f32;
+            let is_partial = link.class == LinkClass::Partial;
+            let clear = if is_partial { clear_share(subject, element, &link, even) } else { 1.0 };
+            if is_partial {
+                link.visibility = clear as f32;
             }
             let covered = even.carried(hierarchy, forest, &link);
-            match subject.element(receiver) {
-                Some(_) => sum += covered.x as f64,
-                None => lobes.add(direction(hierarchy, forest, &link), covered),
+            let on_element = match subject.element(receiver) {
+                Some(_) => {
+                    sum += covered.x as f64;
+                    covered.x as f64
+                }
+                None => {
+                    let direction = direction(hierarchy, forest, &link);
+                    lobes.add(direction, covered);
+                    (covered.x * normal.dot(direction).max(0.0)) as f64
+                }
+            };
+            if clear > 0.0 {
+                noise += on_element.powi(2) * (1.0 - clear) / (clear * SEGMENTS as f64);
             }
         }
     }
-    sum + lobes.evaluate(subject.piece(element).plane.normal.as_vec3()).x as f64
+    (sum + lobes.evaluate(normal).x as f64, noise)
 }
 
 /// Share of the segments to the source of a link that are clear, weighted by the kernel.

@@ -11,8 +11,8 @@ use super::solved::{Loaded, Solved, in_pool};
 use crate::gather::{Gatherer, Irradiance};
 use crate::image::write::{FillError, check_destination, write_atomically};
 use crate::probe::{
-    Answer, Comparison, Deviation, Grid, ProbeError, ProbePoint, ProbeRun, Reference, grid_points,
-    read_points, read_reference, write_csv,
+    Answer, Comparison, Deviation, Grid, ProbeError, ProbePoint, ProbeRun, Reference, check_points,
+    grid_points, read_points, read_reference, write_csv,
 };
 use crate::progress::Progress;
 use crate::report::{json, memory};
@@ -34,10 +34,20 @@ fn run_in_pool(config: &ProbeConfig, progress: &dyn Progress) -> Result<(), CliE
         Some(path) => Some(read_reference(path).map_err(probe_failure)?),
         None => None,
     };
+    let check = |points: &[ProbePoint]| match (&config.reference, &reference) {
+        (Some(file), Some(reference)) => check_points(file, reference, points).map_err(probe_failure),
+        _ => Ok(()),
+    };
+    // A file is looked at before the scene, which may take long to load.
+    let mut points = Vec::new();
+    if let Places::File(path) = &config.places {
+        points = read_points(path).map_err(probe_failure)?;
+        check(&points)?;
+    }
     let loaded = Loaded::load(&config.run, progress)?;
-    let points = points_of(config, &loaded.scene)?;
-    if let (Some(file), Some(reference)) = (&config.reference, &reference) {
-        check_lengths(file, points.len(), reference.len())?;
+    if let Places::Grid(text, spacing) = &config.places {
+        points = grid(&loaded.scene, text, *spacing)?;
+        check(&points)?;
     }
     let Solved { scene, hierarchy, tracer, solution, mut stats, mut clock } =
         loaded.solve(&config.run, progress)?;
@@ -46,7 +56,9 @@ fn run_in_pool(config: &ProbeConfig, progress: &dyn Progress) -> Result<(), CliE
     let gatherer = Gatherer::new(&hierarchy, tracer.as_ref(), &solution, config.samples);
     let found = probe_all(&gatherer, &points, progress);
     let comparison = reference.map(|reference| compared(&found, &reference));
-    if let (Some(comparison), false) = (&comparison, config.run.quiet) {
+    // Only JSON has a place for it.
+    let is_told = !(config.run.quiet && config.is_json);
+    if let Some(comparison) = comparison.as_ref().filter(|_| is_told) {
         console::note(&described(comparison));
     }
     let run = ProbeRun {
@@ -84,14 +96,11 @@ pub(super) fn probe_all(
     found
 }
 
-/// The points that are asked for.
-fn points_of(config: &ProbeConfig, scene: &Scene) -> Result<Vec<ProbePoint>, CliError> {
-    match &config.places {
-        Places::File(path) => read_points(path).map_err(probe_failure),
-        Places::Grid(text, spacing) => Grid::named(scene, text)
-            .and_then(|grid| grid_points(scene, &grid, *spacing))
-            .map_err(|error| CliError::Usage(error.to_string())),
-    }
+/// The points of a grid.
+fn grid(scene: &Scene, text: &str, spacing: Option<f64>) -> Result<Vec<ProbePoint>, CliError> {
+    Grid::named(scene, text)
+        .and_then(|grid| grid_points(scene, &grid, spacing))
+        .map_err(|error| CliError::Usage(error.to_string()))
 }
 
 /// Points at which the irradiance is known.
@@ -105,22 +114,12 @@ impl Target {
     pub(super) fn read(points_file: &Path, reference_file: &Path) -> Result<Target, CliError> {
         let points = read_points(points_file).map_err(probe_failure)?;
         let reference = read_reference(reference_file).map_err(probe_failure)?;
-        check_lengths(reference_file, points.len(), reference.len())?;
+        check_points(reference_file, &reference, &points).map_err(probe_failure)?;
         Ok(Target { points, reference })
     }
 }
 
-/// One reference value a point, or an error that names its file.
-fn check_lengths(file: &Path, points: usize, reference: usize) -> Result<(), CliError> {
-    if points == reference {
-        return Ok(());
-    }
-    Err(CliError::Malformed(format!(
-        "{}: {reference} rows for {points} points; give the reference of these points",
-        file.display()
-    )))
-}
-
+/// How far light is from its reference.
 pub(super) fn compared(found: &[Irradiance], reference: &[Reference]) -> Comparison {
     Comparison {
         total: Deviation::of(found, reference, |light| light.total),

@@ -10,5 +10,5 @@ mod table;
 pub use grid::{Grid, GridError, MOST_POINTS, grid_points};
 pub use lux::illuminance;
 pub use points::{ProbeError, ProbePoint, read_points};
-pub use reference::{Deviation, Reference, read_reference};
+pub use reference::{Deviation, Reference, check_points, read_reference};
 pub use table::{Answer, Comparison, ProbeRun, write_csv};

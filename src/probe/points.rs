@@ -43,7 +43,7 @@ pub enum ProbeError {
     },
 }
 
-/// Reads a text file whole.
+/// Reads a text file whole; lines end with `\n` in the answer, whatever they end with in the file.
 pub(super) fn read_text(path: &Path) -> Result<String, ProbeError> {
     let unreadable = |message: String| ProbeError::Unreadable { path: path.to_owned(), message };
     let about = std::fs::metadata(path).map_err(|error| match error.kind() {
@@ -55,12 +55,13 @@ pub(super) fn read_text(path: &Path) -> Result<String, ProbeError> {
     }
     let bytes = std::fs::read(path)
         .map_err(|error| unreadable(format!("cannot be read ({error}); check the file and its rights")))?;
-    String::from_utf8(bytes).map_err(|error| {
+    let text = String::from_utf8(bytes).map_err(|error| {
         let line =
             1 + error.as_bytes()[..error.utf8_error().valid_up_to()].iter().filter(|&&b| b == b'\n').count();
         let message = "not UTF-8 text; save the file as UTF-8".to_owned();
         ProbeError::Malformed { path: path.to_owned(), line, message }
-    })
+    })?;
+    Ok(if text.contains('\r') { text.replace("\r\n", "\n").replace('\r', "\n") } else { text })
 }
 
 /// Reads a file of points. Normals need not have unit length.
@@ -135,6 +136,7 @@ mod tests {
         let expected = [(DVec3::new(1.0, 2.0, 3.0), DVec3::Y), (DVec3::new(4.0, -5.0, 0.6), -DVec3::Z)];
         let expected = expected.map(|(position, normal)| ProbePoint { position, normal });
         assert_eq!(read(text).expect("points"), expected);
+        assert_eq!(read(text.replace("\r\n", "\r").replace('\n', "\r")).expect("points"), expected);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Reference irradiance with its standard errors, and the error of a probe run against it.
 
-use super::points::{ProbeError, quoted, read_text};
+use super::points::{ProbeError, ProbePoint, quoted, read_text};
 use crate::gather::Irradiance;
 use glam::DVec3;
 use serde::Serialize;
@@ -22,6 +22,10 @@ pub struct Reference {
     pub irradiance: Irradiance,
     /// Standard errors of it.
     pub error: Irradiance,
+    /// The point it is for, scene coordinates, when the table has columns `x`, `y` and `z`.
+    pub position: Option<DVec3>,
+    /// Line of the table, from 1.
+    pub line: usize,
 }
 
 /// How far one quantity is from its reference, relative to the mean of the reference. All figures are NaN, which
@@ -98,12 +102,18 @@ const COLUMNS: [&str; 12] = [
     "se_direct_b",
 ];
 
+/// Names of coordinates, which need not be there.
+const COORDINATES: [&str; 3] = ["x", "y", "z"];
+
+/// Coordinates of a point may differ by this share of the largest: tables are rounded.
+const ROUNDING: f64 = 1e-5;
+
 /// Reads reference values: a CSV with a header that names at least `total_*`, `direct_*`, `se_total_*`
 /// and `se_direct_*` for `r`, `g` and `b`, each once, in any order, one row a point.
 ///
 /// # Errors
 /// When the file cannot be read, a column is missing or there twice, a row is longer than the header, a value is
-/// no number from 0 to 10³⁰, or the mean of all light is below 10⁻³⁰.
+/// no number from 0 to 10³⁰, a coordinate is no finite number, or the mean of all light is below 10⁻³⁰.
 pub fn read_reference(path: &Path) -> Result<Vec<Reference>, ProbeError> {
     let text = read_text(path)?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
@@ -118,7 +128,9 @@ pub fn read_reference(path: &Path) -> Result<Vec<Reference>, ProbeError> {
     let places = places_in(&header).map_err(|message| malformed(top, message))?;
     let values: Vec<Reference> = lines
         .map(|(index, line)| {
-            value_from_row(line, header.len(), &places).map_err(|message| malformed(index, message))
+            let value = value_from_row(line, header.len(), &places);
+            let value = value.map_err(|message| malformed(index, message))?;
+            Ok(Reference { line: index + 1, ..value })
         })
         .collect::<Result<_, _>>()?;
     if mean_of(&values, |light| light.total) < LEAST_MEAN {
@@ -127,28 +139,68 @@ pub fn read_reference(path: &Path) -> Result<Vec<Reference>, ProbeError> {
     Ok(values)
 }
 
+/// Checks that each value is for its point, one a point.
+///
+/// # Errors
+/// When there are more or fewer values than points, or a value names coordinates that are not those of its point;
+/// `path` is the file of the values.
+pub fn check_points(path: &Path, reference: &[Reference], points: &[ProbePoint]) -> Result<(), ProbeError> {
+    if reference.len() != points.len() {
+        let message = format!(
+            "{} rows for {} points; give the reference of these points",
+            reference.len(),
+            points.len()
+        );
+        return Err(ProbeError::Unfit { path: path.to_owned(), message });
+    }
+    let largest = points.iter().map(|point| point.position.abs().max_element()).fold(0.0, f64::max);
+    let is_elsewhere = |(value, point): &(&Reference, &ProbePoint)| {
+        let off = value.position.map(|position| (position - point.position).abs().max_element());
+        off.is_some_and(|off| off > ROUNDING * largest)
+    };
+    let Some((number, (value, point))) =
+        (1..).zip(reference.iter().zip(points)).find(|(_, pair)| is_elsewhere(pair))
+    else {
+        return Ok(());
+    };
+    let [at, wanted] = [value.position.unwrap_or_default(), point.position].map(|p| {
+        let DVec3 { x, y, z } = p;
+        format!("{x} {y} {z}")
+    });
+    let message = format!("is for {at}, but point {number} is {wanted}; give the reference of these points");
+    Err(ProbeError::Malformed { path: path.to_owned(), line: value.line, message })
+}
+
 fn cells_of(line: &str) -> impl Iterator<Item = &str> {
     line.split(',').map(str::trim)
 }
 
-/// Where each of [`COLUMNS`] stands.
-fn places_in(header: &[&str]) -> Result<[usize; COLUMNS.len()], String> {
+/// Where the columns stand that are read.
+struct Columns {
+    light: [usize; COLUMNS.len()],
+    position: Option<[usize; 3]>,
+}
+
+fn places_in(header: &[&str]) -> Result<Columns, String> {
     let is_again = |&index: &usize| !header[index].is_empty() && header[..index].contains(&header[index]);
     if let Some(index) = (0..header.len()).find(is_again) {
         return Err(format!("the header has the column {} twice; keep one of them", quoted(header[index])));
     }
-    let mut places = [0; COLUMNS.len()];
-    for (place, name) in places.iter_mut().zip(COLUMNS) {
-        *place = header
-            .iter()
-            .position(|column| *column == name)
+    let place_of = |name: &str| header.iter().position(|column| *column == name);
+    let mut light = [0; COLUMNS.len()];
+    for (place, name) in light.iter_mut().zip(COLUMNS) {
+        *place = place_of(name)
             .ok_or_else(|| format!("the header has no column '{name}'; it needs {}", COLUMNS.join(",")))?;
     }
-    Ok(places)
+    let position = match COORDINATES.map(place_of) {
+        [Some(x), Some(y), Some(z)] => Some([x, y, z]),
+        _ => None,
+    };
+    Ok(Columns { light, position })
 }
 
 /// The value of one row under a header of `width` columns.
-fn value_from_row(line: &str, width: usize, places: &[usize; COLUMNS.len()]) -> Result<Reference, String> {
+fn value_from_row(line: &str, width: usize, places: &Columns) -> Result<Reference, String> {
     let cells: Vec<&str> = cells_of(line).collect();
     if cells.len() > width {
         return Err(format!(
@@ -157,7 +209,7 @@ fn value_from_row(line: &str, width: usize, places: &[usize; COLUMNS.len()]) -> 
         ));
     }
     let mut row = [0.0; COLUMNS.len()];
-    for ((value, &place), name) in row.iter_mut().zip(places).zip(COLUMNS) {
+    for ((value, &place), name) in row.iter_mut().zip(&places.light).zip(COLUMNS) {
         let cell = cells.get(place).copied().unwrap_or_default();
         let is_right = |v: &f64| (0.0..=MOST).contains(v);
         *value =
@@ -167,10 +219,29 @@ fn value_from_row(line: &str, width: usize, places: &[usize; COLUMNS.len()]) -> 
     }
     let [total, direct, se_total, se_direct] =
         std::array::from_fn(|i| DVec3::new(row[3 * i], row[3 * i + 1], row[3 * i + 2]));
+    let position = match places.position {
+        None => None,
+        Some(places) => Some(position_from(&cells, places)?),
+    };
     Ok(Reference {
         irradiance: Irradiance { total, direct },
         error: Irradiance { total: se_total, direct: se_direct },
+        position,
+        line: 0,
     })
+}
+
+fn position_from(cells: &[&str], places: [usize; 3]) -> Result<DVec3, String> {
+    let mut position = [0.0; 3];
+    for ((value, place), name) in position.iter_mut().zip(places).zip(COORDINATES) {
+        let cell = cells.get(place).copied().unwrap_or_default();
+        *value = cell
+            .parse()
+            .ok()
+            .filter(|v: &f64| v.is_finite())
+            .ok_or_else(|| format!("{} in column '{name}' is no finite number", quoted(cell)))?;
+    }
+    Ok(DVec3::from(position))
 }
 
 #[cfg(test)]
@@ -183,7 +254,11 @@ mod tests {
 
     #[test]
     fn differences_within_the_noise_do_not_count() {
-        let reference = [1.0, 3.0].map(|e| Reference { irradiance: gray(e, 0.0), error: gray(0.1, 0.0) });
+        let reference = [1.0, 3.0].map(|e| Reference {
+            irradiance: gray(e, 0.0),
+            error: gray(0.1, 0.0),
+            ..Reference::default()
+        });
         let near = Deviation::of(&[gray(1.29, 0.0), gray(2.71, 0.0)], &reference, |i| i.total);
         assert!(near.rms == 0.0 && near.bias.abs() < 1e-12, "{near:?}");
         // Half a unit beyond three standard errors at one of two points, whose mean is 2.
@@ -194,7 +269,8 @@ mod tests {
 
     #[test]
     fn errors_relative_to_no_light_are_undefined() {
-        let reference = [Reference { irradiance: gray(1.0, 0.0), error: gray(0.1, 0.0) }];
+        let (irradiance, error) = (gray(1.0, 0.0), gray(0.1, 0.0));
+        let reference = [Reference { irradiance, error, ..Reference::default() }];
         let found = [gray(1.0, 0.5)];
         let [total, direct] =
             [Deviation::of(&found, &reference, |i| i.total), Deviation::of(&found, &reference, |i| i.direct)];
@@ -218,10 +294,38 @@ mod tests {
         let value = Reference {
             irradiance: Irradiance { total: DVec3::new(4.0, 5.0, 6.0), direct: DVec3::new(1.0, 2.0, 3.0) },
             error: Irradiance { total: DVec3::new(0.4, 0.5, 0.6), direct: DVec3::new(0.1, 0.2, 0.3) },
+            ..Reference::default()
         };
+        let at = |line: usize| Reference { line, ..value };
         let header = COLUMNS.join(",");
-        assert_eq!(read(&format!("\u{feff}{header}\r\n\r\n{ROW}\r\n")), Ok(vec![value]));
-        assert_eq!(read(&format!("\n\nx,{header},,\n7,{ROW},\n7,{ROW}\n")), Ok(vec![value; 2]));
+        assert_eq!(read(&format!("\u{feff}{header}\r\n\r\n{ROW}\r\n")), Ok(vec![at(3)]));
+        assert_eq!(read(&format!("{header}\r{ROW}\r{ROW}")), Ok(vec![at(2), at(3)]));
+        assert_eq!(read(&format!("\n\nx,{header},,\n7,{ROW},\n7,{ROW}\n")), Ok(vec![at(4), at(5)]));
+        let placed = Reference { position: Some(DVec3::new(7.0, -8.0, 9.0)), ..at(2) };
+        assert_eq!(read(&format!("z,y,x,{header}\n9,-8,7,{ROW}\n")), Ok(vec![placed]));
+        let error = read(&format!("z,y,x,{header}\n9,inf,7,{ROW}\n")).expect_err("no place");
+        assert!(error.contains("reference.csv:2: 'inf' in column 'y' is no finite number"), "{error}");
+    }
+
+    #[test]
+    fn values_of_other_points_are_refused_with_their_line() {
+        let points = [[1.0, 2.0, 3.0], [4.0, 5.0, 600.0]]
+            .map(|p| ProbePoint { position: DVec3::from(p), normal: DVec3::Y });
+        let value =
+            |position: Option<DVec3>, line: usize| Reference { position, line, ..Reference::default() };
+        let check = |values: &[Reference]| {
+            check_points(Path::new("reference.csv"), values, &points).map_err(|error| error.to_string())
+        };
+        let right = [value(Some(points[0].position + 0.004), 2), value(None, 4)];
+        assert_eq!(check(&right), Ok(()));
+        assert_eq!(
+            check(&[right[0], value(Some(DVec3::new(4.0, 5.5, 600.0)), 4)]),
+            Err("reference.csv:4: is for 4 5.5 600, but point 2 is 4 5 600; \
+                 give the reference of these points"
+                .to_owned())
+        );
+        let fewer = check(&right[..1]).expect_err("one of two");
+        assert_eq!(fewer, "reference.csv: 1 rows for 2 points; give the reference of these points");
     }
 
     #[test]

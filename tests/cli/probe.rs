@@ -331,6 +331,53 @@ fn a_reference_is_compared_in_one_line_each_for_total_and_direct() {
     assert!(record["direct"]["rms"].is_null() && record["total"]["rms"].is_f64(), "{record}");
 }
 
+/// A penumbra with its closed form, at the default settings.
+#[test]
+fn the_penumbra_of_the_project_is_exact_to_a_hundredth() {
+    let folder = Folder::new();
+    let scene = |file: &str| format!("{}/scenes/penumbra/{file}", env!("CARGO_MANIFEST_DIR"));
+    let [description, points, reference] = ["scene.toml", "points.txt", "irradiance.csv"].map(scene);
+    let run = folder.run(&[
+        "probe",
+        &description,
+        "--points",
+        &points,
+        "--reference",
+        &reference,
+        "-o",
+        "a.json",
+        "-q",
+    ]);
+    assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{run:?}");
+    let record = json(&folder, "a.json");
+    for name in ["total", "direct"] {
+        let figure = |field: &str| record["reference"][name][field].as_f64().expect(field);
+        assert!(figure("rms") < 0.003 && figure("worst") < 0.01, "{name}: {record}");
+    }
+}
+
+/// Where the answer has no place for it, the comparison is told even if nothing else is.
+#[test]
+fn a_quiet_probe_still_tells_how_far_it_is_from_the_reference() {
+    let folder = Folder::with_scene();
+    folder.write("points.txt", "0.8 0 0.8 0 1 0\n");
+    folder.write("reference.csv", format!("{REFERENCE}1,1,1,1,1,1,0,0,0,0,0,0\n"));
+    for (output, lines) in [("a.csv", 2), ("a.json", 0)] {
+        let options = ["--points", "points.txt", "--reference", "reference.csv", "-o", output];
+        let run = probe(&folder, &options);
+        assert_eq!((run.code, run.stderr.lines().count()), (0, lines), "{run:?}");
+    }
+}
+
+/// Nothing is loaded or solved for them.
+#[test]
+fn bad_points_are_found_before_the_scene_is_read() {
+    let folder = Folder::new();
+    folder.write("points.txt", "0 0 0 0 0 0\n");
+    let run = folder.run(&["probe", "none.toml", "--points", "points.txt"]);
+    run.expect_error(4, &["points.txt:1: ", "length zero"]);
+}
+
 #[test]
 fn a_reference_of_other_points_or_of_no_light_is_code_4() {
     let folder = Folder::with_scene();
@@ -345,4 +392,8 @@ fn a_reference_of_other_points_or_of_no_light_is_code_4() {
         let options = ["--points", "points.txt", "--reference", "reference.csv"];
         probe(&folder, &options).expect_error(4, &parts);
     }
+    folder.write("reference.csv", format!("x,y,z,{REFERENCE}0.8,0,0.8,{}-0.5,0,0.3,{}", row("1"), row("1")));
+    let options = ["--points", "points.txt", "--reference", "reference.csv"];
+    let parts = ["reference.csv:3: is for -0.5 0 0.3, but point 2 is -0.5 0 0.25"];
+    probe(&folder, &options).expect_error(4, &parts);
 }

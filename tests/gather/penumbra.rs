@@ -6,6 +6,8 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
+use lightshaft::gather::Irradiance;
+use lightshaft::probe::{check_points, read_points, read_reference};
 use lightshaft::visibility::Strategy;
 
 use crate::asking::{Point, SAMPLES, gather, tracers};
@@ -101,6 +103,24 @@ fn light_in_a_penumbra_is_exact_to_a_hundredth() {
             assert!(errors.relative < 0.01, "{board:?}, {}: {errors:?}", tracer.name());
             assert!(errors.lit > 5 && errors.dark > 5 && errors.between > 100, "{errors:?}");
         }
+    }
+}
+
+/// The tables beside the scene `penumbra` are those of a lamp with radiance 5 4 3 and the first of the boards.
+#[test]
+fn the_table_of_the_scene_is_exact() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/penumbra");
+    let points = read_points(&folder.join("points.txt")).expect("points");
+    let reference = read_reference(&folder.join("irradiance.csv")).expect("values");
+    check_points(&folder, &reference, &points).expect("values of these points");
+    assert!(points.len() > 100);
+    for (point, value) in points.iter().zip(&reference) {
+        let (_, exact, _) = exact(BOARDS[0], point.position.x, point.position.y);
+        let exact = DVec3::new(5.0, 4.0, 3.0) * exact / RADIANCE;
+        let Irradiance { total, direct } = value.irradiance;
+        let off = (total - exact).abs().max_element();
+        assert!(off < 1e-8 && total == direct, "{point:?}: {value:?} for {exact}");
+        assert_eq!(value.error, Irradiance::default());
     }
 }
 

@@ -69,6 +69,13 @@ impl Planted {
         assert_eq!(finding.verdict, Verdict::Failed, "{finding:?}");
     }
 
+    /// Fails the test unless the finding of this group and name passed.
+    fn keeps(&self, group: &str, name: &str) {
+        let found = self.check(&Limits::NORMAL);
+        let finding = found.findings.iter().find(|f| f.group == group && f.name == name);
+        assert_eq!(finding.map(|f| f.verdict), Some(Verdict::Passed), "{finding:?}");
+    }
+
     /// The link that carries most between elements, of those that `is_wanted` wants.
     fn strongest(&self, is_wanted: impl Fn(&LinkSet, usize) -> bool) -> usize {
         let (hierarchy, solution) = (&self.case.hierarchy, &self.solution);
@@ -229,6 +236,37 @@ fn wrong_light_is_noticed() {
     planted.is_noticed("light", "held back by row sums");
     planted.solution.energy.error = 0.02 * planted.solution.energy.emitted;
     planted.is_noticed("light", "still changing");
+}
+
+/// Errors that cancel out in all sums: some elements see too much of others, and as many too little.
+#[test]
+fn rows_that_are_wrong_only_one_by_one_are_noticed() {
+    let mut planted = Planted::new(bare_room(), &options(Strategy::Adaptive));
+    let clusters = planted.case.hierarchy.nodes.len() as u32;
+    // The scene's middle is the origin: half of the room sees too little, the other half too much.
+    for link in planted.solution.links.links.iter_mut().filter(|link| link.receiver >= clusters) {
+        link.factor *= if planted.solution.forest.center[(link.receiver - clusters) as usize].x < 0.0 {
+            0.75
+        } else {
+            1.25
+        };
+    }
+    planted.is_noticed("form factors", "row sums of single elements");
+    planted.keeps("form factors", "row sums against rays");
+}
+
+/// Light that fell on one wall instead of the one that faces it: none is lost.
+#[test]
+fn light_in_the_wrong_place_is_noticed() {
+    let mut planted = Planted::new(bare_room(), &options(Strategy::Adaptive));
+    let forest = &planted.solution.forest;
+    for (element, irradiance) in planted.solution.light.irradiance.iter_mut().enumerate() {
+        let side = forest.side(forest.side_of(element as u32));
+        let normal = planted.case.hierarchy.side_normal(side);
+        *irradiance *= 1.0 + 0.2 * normal.x as f32;
+    }
+    planted.is_noticed("light", "light on groups of surfaces");
+    planted.keeps("light", "energy balance");
 }
 
 #[test]

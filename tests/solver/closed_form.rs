@@ -128,6 +128,29 @@ fn squares_at_a_right_angle_exchange_what_the_catalogue_says() {
     }
 }
 
+/// Long and short, near and far: the tolerance is that of squares.
+#[test]
+fn rectangles_of_any_shape_exchange_what_the_catalogue_says() {
+    for (x, y) in [(3.0, 0.5), (0.2, 0.3), (6.0, 4.0)] {
+        let mut scene = Rectangles::new("opposed rectangles");
+        let [lamp, black] = [1.0, 0.0].map(|radiance| scene.material(0.0, radiance));
+        assert_eq!(black, RECEIVER);
+        scene.quad([[0.0, 0.0, 0.0], [x, 0.0, 0.0], [x, y, 0.0], [0.0, y, 0.0]], lamp);
+        scene.quad([[0.0, 0.0, 1.0], [0.0, y, 1.0], [x, y, 1.0], [x, 0.0, 1.0]], black);
+        check(&Case::of(scene.finish(), false), Strategy::Adaptive, false, opposed(x, y), 1e-3);
+    }
+    for (height, width) in [(0.4, 2.0), (3.0, 0.5), (0.2, 0.1)] {
+        let mut scene = Rectangles::new("rectangles at a right angle");
+        let [lamp, black] = [1.0, 0.0].map(|radiance| scene.material(0.0, radiance));
+        assert_eq!(black, RECEIVER);
+        scene.quad([[0.0, 0.0, 0.0], [width, 0.0, 0.0], [width, 1.0, 0.0], [0.0, 1.0, 0.0]], lamp);
+        scene.quad([[0.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 1.0, height], [0.0, 0.0, height]], black);
+        // The catalogue's factor is from the lamp; light is the same both ways.
+        let exact = upright(height, width) * width / height;
+        check(&Case::of(scene.finish(), false), Strategy::Adaptive, false, exact, 1e-3);
+    }
+}
+
 const SIDES: usize = 32;
 
 /// A regular polygon in place of a disc around the z axis, as large as it.
