@@ -51,7 +51,7 @@ impl Limits {
         one_factor: 5e-4,
         row_sum: 0.01,
         single_row: 0.1,
-        group: 0.1,
+        group: 0.05,
         balance: 0.01,
     };
 
@@ -63,8 +63,8 @@ impl Limits {
         factor: 5e-3,
         one_factor: 2.5e-4,
         row_sum: 0.01,
-        single_row: 0.1,
-        group: 0.1,
+        single_row: 0.075,
+        group: 0.03,
         balance: 5e-3,
     };
 }
