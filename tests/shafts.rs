@@ -173,6 +173,8 @@ struct Held {
     /// Outside the box of the shaft, and behind one of its planes.
     outside: u32,
     behind: u32,
+    /// The first that is either.
+    first: Option<(Node, Node, DVec3)>,
 }
 
 /// Takes points on segments of random pairs; `fault` may spoil the planes of the shaft.
@@ -189,8 +191,13 @@ fn hold(hierarchy: &Hierarchy, pairs: u32, fault: impl Fn(&mut [Plane])) -> Held
             let Some((from, to)) = pair.segment(hierarchy, &mut numbers) else { continue };
             let point = from.lerp(to, numbers.next());
             held.points += 1;
-            held.outside += u32::from(!shaft.bounds().contains(point, TOLERANCE));
-            held.behind += u32::from(planes.iter().any(|plane| plane.distance(point) <= -TOLERANCE));
+            let is_in_box = shaft.bounds().contains(point, TOLERANCE);
+            let is_in_front = planes.iter().all(|plane| plane.distance(point) > -TOLERANCE);
+            held.outside += u32::from(!is_in_box);
+            held.behind += u32::from(!is_in_front);
+            if !(is_in_box && is_in_front) {
+                held.first.get_or_insert_with(|| (pair.receiver.clone(), pair.source.clone(), point));
+            }
         }
     }
     held

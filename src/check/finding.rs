@@ -98,6 +98,11 @@ impl Finding {
     }
 }
 
+/// Root of a mean square from which noise was taken off; what is not a number stays none.
+pub(super) fn root(square: f64) -> f64 {
+    if square < 0.0 { 0.0 } else { square.sqrt() }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -110,6 +115,12 @@ mod tests {
         assert_eq!(finding(0.2).unless_rough(&Limits::DRAFT).verdict, Verdict::Rough);
         assert_eq!(finding(0.2).unless_rough(&Limits::NORMAL).verdict, Verdict::Failed);
         assert_eq!(finding(f64::NAN).unless_rough(&Limits::DRAFT).verdict, Verdict::Failed);
+    }
+
+    #[test]
+    fn roots_of_noise_are_nothing_and_of_no_number_none() {
+        assert_eq!([root(-1e-9), root(0.0), root(4.0)], [0.0, 0.0, 2.0]);
+        assert!(root(f64::NAN).is_nan() && root(f64::INFINITY).is_infinite());
     }
 
     #[test]

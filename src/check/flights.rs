@@ -50,9 +50,9 @@ impl Flights {
     }
 }
 
-/// Sends the light of all leaf elements on its way; the same rays for any number of threads. Every other ray is of a
+/// Sends the light of all leaf elements on its way with `count` rays, a multiple of [`PACKET`]; the same rays for any number of threads. Every other ray is of a
 /// sequence of its own: how far the two halves differ shows how much is noise.
-pub(super) fn flights(subject: &Subject<'_>) -> Flights {
+pub(super) fn flights(subject: &Subject<'_>, count: u32) -> Flights {
     let exitance = &subject.solution.light.exitance;
     let lottery =
         Lottery::new(&subject.leaves, |e| exitance[e as usize].element_sum() as f64 * subject.area(e));
@@ -60,20 +60,20 @@ pub(super) fn flights(subject: &Subject<'_>) -> Flights {
         return Flights { all: Vec::new(), power: 0.0 };
     }
     let sequences = [2, 3].map(PairSequence::new);
-    let all = (0..RAYS / PACKET as u32)
+    let all = (0..count / PACKET as u32)
         .into_par_iter()
         .flat_map_iter(|packet| {
             let mut from = [0; PACKET];
             let departures: [Departure; PACKET] = std::array::from_fn(|i| {
                 let index = packet * PACKET as u32 + i as u32;
-                from[i] = lottery.pick((index as f64 + 0.5) / RAYS as f64);
+                from[i] = lottery.pick((index as f64 + 0.5) / count as f64);
                 departure(&subject.piece(from[i]), sequences[i % 2].point(index / 2))
             });
             let landings = landings(subject, &departures);
             (0..PACKET).map(move |i| Flight { from: from[i], landing: landings[i] })
         })
         .collect();
-    Flights { all, power: lottery.total / RAYS as f64 }
+    Flights { all, power: lottery.total / count as f64 }
 }
 
 /// A ray from a point of an element; directions are distributed like the cosine.

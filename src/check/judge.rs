@@ -3,7 +3,7 @@
 use super::audit::{Audit, Kind, Power};
 use super::factors;
 use super::finding::Finding;
-use super::flights::{Flights, RAYS};
+use super::flights::RAYS;
 use super::groups;
 use super::light::{self, Balance};
 use super::limits::{LOST, Limits, PROOF, RECIPROCITY, REFLECTION, RESIDUAL, UNOBSTRUCTED, UNSETTLED};
@@ -141,13 +141,8 @@ pub(super) fn elements(subject: &Subject<'_>) -> Vec<Finding> {
 }
 
 /// Where all light goes.
-pub(super) fn power(
-    subject: &Subject<'_>,
-    flights: &Flights,
-    balance: &Balance,
-    limits: &Limits,
-) -> Vec<Finding> {
-    let spread = groups::spread(subject, flights);
+pub(super) fn power(subject: &Subject<'_>, balance: &Balance, limits: &Limits) -> Vec<Finding> {
+    let spread = groups::spread(subject);
     let worst_group =
         spread.worst.map(|(off, element)| format!("{:+.1} % around {}", 100.0 * off, subject.place(element)));
     let residual = light::residual(subject);

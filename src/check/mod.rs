@@ -67,7 +67,7 @@ pub fn check(
 ) -> Check {
     progress.start("check", STEPS);
     let subject = &Subject::new(hierarchy, tracer, solution);
-    let flights = flights::flights(subject);
+    let flights = flights::flights(subject, flights::RAYS);
     progress.advance(1);
     let audit = audit::audit(subject, &flights);
     progress.advance(1);
@@ -80,7 +80,7 @@ pub fn check(
     progress.advance(1);
     findings.extend(judge::elements(subject));
     progress.advance(1);
-    findings.extend(judge::power(subject, &flights, &balance, limits));
+    findings.extend(judge::power(subject, &balance, limits));
     progress.finish();
     let kinds = audit.kinds.iter().map(|(kind, power)| KindOfLink {
         name: judge::name(*kind),

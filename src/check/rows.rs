@@ -1,6 +1,7 @@
 //! Row sums: the share of its hemisphere that the links of an element cover.
 
 use super::carried::even_light;
+use super::finding::root;
 use super::flights::{Landing, departure, landings};
 use super::subject::{Lottery, Subject, fraction};
 use crate::math::{CosineLobes, PairSequence, hash_pair};
@@ -47,7 +48,8 @@ impl Row {
 pub(super) struct Sums {
     pub(super) linked: f64,
     pub(super) found: f64,
-    /// Difference of single rows beyond its noise: root of the mean square.
+    /// Difference of single rows, roughly without its noise, relative to what rays find: both as the root of the mean
+    /// square.
     pub(super) deviation: f64,
 }
 
@@ -57,7 +59,8 @@ impl Sums {
         Sums {
             linked: mean(|row| row.linked),
             found: mean(|row| row.found),
-            deviation: mean(|row| row.off().powi(2) - row.noise).max(0.0).sqrt(),
+            deviation: root(mean(|row| row.off().powi(2) - row.noise))
+                / root(mean(|row| row.found.powi(2))).max(f64::MIN_POSITIVE),
         }
     }
 }
@@ -97,7 +100,8 @@ fn covered_by_links(subject: &Subject<'_>, element: u32, even: &Light) -> (f64, 
         for link in subject.solution.links.of(receiver) {
             let mut link = *link;
             let is_partial = link.class == LinkClass::Partial;
-            let clear = if is_partial { clear_share(subject, element, &link, even) } else { 1.0 };
+            let (clear, variance) =
+                if is_partial { clear_share(subject, element, &link, even) } else { (1.0, 0.0) };
             if is_partial {
                 link.visibility = clear as f32;
             }
@@ -114,15 +118,15 @@ fn covered_by_links(subject: &Subject<'_>, element: u32, even: &Light) -> (f64, 
                 }
             };
             if clear > 0.0 {
-                noise += on_element.powi(2) * (1.0 - clear) / (clear * SEGMENTS as f64);
+                noise += (on_element / clear).powi(2) * variance;
             }
         }
     }
     (sum + lobes.evaluate(normal).x as f64, noise)
 }
 
-/// Share of the segments to the source of a link that are clear, weighted by the kernel.
-fn clear_share(subject: &Subject<'_>, element: u32, link: &Link, even: &Light) -> f64 {
+/// Share of the segments to the source of a link that are clear, weighted by the kernel, and its variance.
+fn clear_share(subject: &Subject<'_>, element: u32, link: &Link, even: &Light) -> (f64, f64) {
     let receiver = subject.piece(element);
     let seed = hash_pair(element as u64, link.source as u64);
     let sequence = PairSequence::new(seed);
@@ -142,7 +146,7 @@ fn clear_share(subject: &Subject<'_>, element: u32, link: &Link, even: &Light) -
             Some((segment, heights[0] * heights[1] / (distance_squared * distance_squared)))
         })
         .collect();
-    let (mut clear, mut all) = (0.0, 0.0);
+    let (mut clear, mut all, mut squares) = (0.0, 0.0, 0.0);
     for packet in segments.chunks(PACKET) {
         let rays: Vec<Segment> = packet.iter().map(|(segment, _)| *segment).collect();
         let mut blockers = [NO_FACET; PACKET];
@@ -150,10 +154,16 @@ fn clear_share(subject: &Subject<'_>, element: u32, link: &Link, even: &Light) -
         subject.tracer.blockers(&rays, Candidates::All, blockers, &mut FilterAudit::default());
         for (&blocker, (_, weight)) in blockers.iter().zip(packet) {
             all += weight;
+            squares += weight * weight;
             clear += if blocker == NO_FACET { *weight } else { 0.0 };
         }
     }
-    if all > 0.0 { clear / all } else { 1.0 }
+    if !(all > 0.0) {
+        return (1.0, 0.0);
+    }
+    let (share, each) = (clear / all, squares / (all * all));
+    // As many as count alike would be 1 / each.
+    (share, share * (1.0 - share) * each / (1.0 - each).max(0.5))
 }
 
 fn covered_by_rays(subject: &Subject<'_>, element: u32, even: &Light, index: u32) -> f64 {

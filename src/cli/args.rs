@@ -114,7 +114,7 @@ pub(super) struct ProbeArgs {
     pub(super) solution: SolutionArgs,
     #[command(flatten)]
     pub(super) machine: MachineArgs,
-    /// Print nothing but errors
+    /// Print nothing but errors, and the comparison with a reference where the table has no place for it
     #[arg(short, long, help_heading = "Report")]
     pub(super) quiet: bool,
 }

@@ -34,20 +34,17 @@ fn run_in_pool(config: &ProbeConfig, progress: &dyn Progress) -> Result<(), CliE
         Some(path) => Some(read_reference(path).map_err(probe_failure)?),
         None => None,
     };
-    let check = |points: &[ProbePoint]| match (&config.reference, &reference) {
-        (Some(file), Some(reference)) => check_points(file, reference, points).map_err(probe_failure),
-        _ => Ok(()),
-    };
     // A file is looked at before the scene, which may take long to load.
     let mut points = Vec::new();
     if let Places::File(path) = &config.places {
         points = read_points(path).map_err(probe_failure)?;
-        check(&points)?;
+        if let (Some(file), Some(reference)) = (&config.reference, &reference) {
+            check_points(file, reference, &points).map_err(probe_failure)?;
+        }
     }
     let loaded = Loaded::load(&config.run, progress)?;
     if let Places::Grid(text, spacing) = &config.places {
         points = grid(&loaded.scene, text, *spacing)?;
-        check(&points)?;
     }
     let Solved { scene, hierarchy, tracer, solution, mut stats, mut clock } =
         loaded.solve(&config.run, progress)?;

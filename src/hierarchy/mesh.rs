@@ -24,6 +24,11 @@ impl TraceMesh {
         let first = &self.first_triangle[facet as usize..];
         &self.triangles[first[0] as usize..first[1] as usize]
     }
+
+    /// Where the corners of a triangle are.
+    pub fn corners(&self, triangle: u32) -> [Vec3; 3] {
+        self.triangles[triangle as usize].map(|vertex| self.positions[vertex as usize])
+    }
 }
 
 /// Facet ids `start..end`.

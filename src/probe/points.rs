@@ -56,12 +56,17 @@ pub(super) fn read_text(path: &Path) -> Result<String, ProbeError> {
     let bytes = std::fs::read(path)
         .map_err(|error| unreadable(format!("cannot be read ({error}); check the file and its rights")))?;
     let text = String::from_utf8(bytes).map_err(|error| {
-        let line =
-            1 + error.as_bytes()[..error.utf8_error().valid_up_to()].iter().filter(|&&b| b == b'\n').count();
+        let before = String::from_utf8_lossy(&error.as_bytes()[..error.utf8_error().valid_up_to()]);
+        let line = with_plain_ends(before.into_owned()).split('\n').count();
         let message = "not UTF-8 text; save the file as UTF-8".to_owned();
         ProbeError::Malformed { path: path.to_owned(), line, message }
     })?;
-    Ok(if text.contains('\r') { text.replace("\r\n", "\n").replace('\r', "\n") } else { text })
+    Ok(with_plain_ends(text))
+}
+
+/// The same lines, with `\n` between them.
+fn with_plain_ends(text: String) -> String {
+    if text.contains('\r') { text.replace("\r\n", "\n").replace('\r', "\n") } else { text }
 }
 
 /// Reads a file of points. Normals need not have unit length.
@@ -185,6 +190,8 @@ mod tests {
         let error = read(b"0 0 0 0 1 0\n# \xe9t\xe9\n").expect_err("Latin-1");
         assert!(matches!(error, ProbeError::Malformed { line: 2, .. }), "{error}");
         assert!(error.to_string().contains("UTF-8"), "{error}");
+        let error = read(b"0 0 0 0 1 0\r\n0 0 0 0 1 0\r# \xe9t\xe9\r").expect_err("Latin-1");
+        assert!(matches!(error, ProbeError::Malformed { line: 3, .. }), "{error}");
     }
 
     #[test]

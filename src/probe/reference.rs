@@ -1,6 +1,7 @@
 //! Reference irradiance with its standard errors, and the error of a probe run against it.
 
 use super::points::{ProbeError, ProbePoint, quoted, read_text};
+use super::table::coordinate;
 use crate::gather::Irradiance;
 use glam::DVec3;
 use serde::Serialize;
@@ -24,6 +25,8 @@ pub struct Reference {
     pub error: Irradiance,
     /// The point it is for, scene coordinates, when the table has columns `x`, `y` and `z`.
     pub position: Option<DVec3>,
+    /// Its normal, when the table has columns `nx`, `ny` and `nz`.
+    pub normal: Option<DVec3>,
     /// Line of the table, from 1.
     pub line: usize,
 }
@@ -102,18 +105,22 @@ const COLUMNS: [&str; 12] = [
     "se_direct_b",
 ];
 
-/// Names of coordinates, which need not be there.
-const COORDINATES: [&str; 3] = ["x", "y", "z"];
+/// Columns of positions and of normals, which need not be there.
+const POSITION: [&str; 3] = ["x", "y", "z"];
+const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
 
-/// Coordinates of a point may differ by this share of the largest: tables are rounded.
+/// By how much a coordinate may differ, relative to it: tables are rounded.
 const ROUNDING: f64 = 1e-5;
+
+/// … and relative to the space that all points take up.
+const ROUNDING_OF_EXTENT: f64 = 1e-6;
 
 /// Reads reference values: a CSV with a header that names at least `total_*`, `direct_*`, `se_total_*`
 /// and `se_direct_*` for `r`, `g` and `b`, each once, in any order, one row a point.
 ///
 /// # Errors
 /// When the file cannot be read, a column is missing or there twice, a row is longer than the header, a value is
-/// no number from 0 to 10³⁰, a coordinate is no finite number, or the mean of all light is below 10⁻³⁰.
+/// no number from 0 to 10³⁰, a coordinate is no finite number or one of three is missing, or the mean of all light is below 10⁻³⁰.
 pub fn read_reference(path: &Path) -> Result<Vec<Reference>, ProbeError> {
     let text = read_text(path)?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
@@ -153,22 +160,35 @@ pub fn check_points(path: &Path, reference: &[Reference], points: &[ProbePoint])
         );
         return Err(ProbeError::Unfit { path: path.to_owned(), message });
     }
-    let largest = points.iter().map(|point| point.position.abs().max_element()).fold(0.0, f64::max);
-    let is_elsewhere = |(value, point): &(&Reference, &ProbePoint)| {
-        let off = value.position.map(|position| (position - point.position).abs().max_element());
-        off.is_some_and(|off| off > ROUNDING * largest)
-    };
-    let Some((number, (value, point))) =
-        (1..).zip(reference.iter().zip(points)).find(|(_, pair)| is_elsewhere(pair))
-    else {
-        return Ok(());
-    };
-    let [at, wanted] = [value.position.unwrap_or_default(), point.position].map(|p| {
-        let DVec3 { x, y, z } = p;
-        format!("{x} {y} {z}")
+    let wrong = (1..).zip(reference.iter().zip(points)).find(|(_, (value, point))| {
+        let is_elsewhere = |position: DVec3| !is_near(position, point.position, extent_of(points));
+        let faces_elsewhere = |normal: DVec3| !is_near(normal.normalize_or_zero(), point.normal, 1.0);
+        value.position.is_some_and(is_elsewhere) || value.normal.is_some_and(faces_elsewhere)
     });
-    let message = format!("is for {at}, but point {number} is {wanted}; give the reference of these points");
+    let Some((number, (value, point))) = wrong else { return Ok(()) };
+    let listed = |vectors: [Option<DVec3>; 2]| {
+        let numbers = vectors.into_iter().flatten().flat_map(|v| v.to_array());
+        numbers.map(|x| format!(" {}", coordinate(x))).collect::<String>()
+    };
+    let message = format!(
+        "is for{}, but point {number} is{}; give the reference of these points",
+        listed([value.position, value.normal]),
+        listed([value.position.map(|_| point.position), value.normal.map(|_| point.normal)])
+    );
     Err(ProbeError::Malformed { path: path.to_owned(), line: value.line, message })
+}
+
+/// The largest side of the box around all points.
+fn extent_of(points: &[ProbePoint]) -> f64 {
+    let positions = || points.iter().map(|point| point.position);
+    let (low, high) = (positions().reduce(DVec3::min), positions().reduce(DVec3::max));
+    (high.unwrap_or_default() - low.unwrap_or_default()).max_element()
+}
+
+/// Whether each coordinate is the same but for rounding.
+fn is_near(a: DVec3, b: DVec3, extent: f64) -> bool {
+    let slack = ROUNDING * a.abs().max(b.abs()) + ROUNDING_OF_EXTENT * extent;
+    (a - b).abs().cmple(slack).all()
 }
 
 fn cells_of(line: &str) -> impl Iterator<Item = &str> {
@@ -179,6 +199,7 @@ fn cells_of(line: &str) -> impl Iterator<Item = &str> {
 struct Columns {
     light: [usize; COLUMNS.len()],
     position: Option<[usize; 3]>,
+    normal: Option<[usize; 3]>,
 }
 
 fn places_in(header: &[&str]) -> Result<Columns, String> {
@@ -192,11 +213,12 @@ fn places_in(header: &[&str]) -> Result<Columns, String> {
         *place = place_of(name)
             .ok_or_else(|| format!("the header has no column '{name}'; it needs {}", COLUMNS.join(",")))?;
     }
-    let position = match COORDINATES.map(place_of) {
-        [Some(x), Some(y), Some(z)] => Some([x, y, z]),
-        _ => None,
+    let triple = |names: [&str; 3]| match names.map(place_of) {
+        [Some(x), Some(y), Some(z)] => Ok(Some([x, y, z])),
+        [None, None, None] => Ok(None),
+        _ => Err(format!("the header has only some of the columns {}; give all or none", names.join(","))),
     };
-    Ok(Columns { light, position })
+    Ok(Columns { light, position: triple(POSITION)?, normal: triple(NORMAL)? })
 }
 
 /// The value of one row under a header of `width` columns.
@@ -219,21 +241,21 @@ fn value_from_row(line: &str, width: usize, places: &Columns) -> Result<Referenc
     }
     let [total, direct, se_total, se_direct] =
         std::array::from_fn(|i| DVec3::new(row[3 * i], row[3 * i + 1], row[3 * i + 2]));
-    let position = match places.position {
-        None => None,
-        Some(places) => Some(position_from(&cells, places)?),
+    let vector = |places: Option<[usize; 3]>, names| {
+        places.map(|places| vector_from(&cells, places, names)).transpose()
     };
     Ok(Reference {
         irradiance: Irradiance { total, direct },
         error: Irradiance { total: se_total, direct: se_direct },
-        position,
+        position: vector(places.position, POSITION)?,
+        normal: vector(places.normal, NORMAL)?,
         line: 0,
     })
 }
 
-fn position_from(cells: &[&str], places: [usize; 3]) -> Result<DVec3, String> {
-    let mut position = [0.0; 3];
-    for ((value, place), name) in position.iter_mut().zip(places).zip(COORDINATES) {
+fn vector_from(cells: &[&str], places: [usize; 3], names: [&str; 3]) -> Result<DVec3, String> {
+    let mut vector = [0.0; 3];
+    for ((value, place), name) in vector.iter_mut().zip(places).zip(names) {
         let cell = cells.get(place).copied().unwrap_or_default();
         *value = cell
             .parse()
@@ -241,7 +263,7 @@ fn position_from(cells: &[&str], places: [usize; 3]) -> Result<DVec3, String> {
             .filter(|v: &f64| v.is_finite())
             .ok_or_else(|| format!("{} in column '{name}' is no finite number", quoted(cell)))?;
     }
-    Ok(DVec3::from(position))
+    Ok(DVec3::from(vector))
 }
 
 #[cfg(test)]
@@ -300,7 +322,9 @@ mod tests {
         let header = COLUMNS.join(",");
         assert_eq!(read(&format!("\u{feff}{header}\r\n\r\n{ROW}\r\n")), Ok(vec![at(3)]));
         assert_eq!(read(&format!("{header}\r{ROW}\r{ROW}")), Ok(vec![at(2), at(3)]));
-        assert_eq!(read(&format!("\n\nx,{header},,\n7,{ROW},\n7,{ROW}\n")), Ok(vec![at(4), at(5)]));
+        assert_eq!(read(&format!("\n\nq,{header},,\n7,{ROW},\n7,{ROW}\n")), Ok(vec![at(4), at(5)]));
+        let some = read(&format!("x,y,{header}\n7,7,{ROW}\n")).expect_err("no z");
+        assert!(some.contains("reference.csv:1: the header has only some of the columns x,y,z"), "{some}");
         let placed = Reference { position: Some(DVec3::new(7.0, -8.0, 9.0)), ..at(2) };
         assert_eq!(read(&format!("z,y,x,{header}\n9,-8,7,{ROW}\n")), Ok(vec![placed]));
         let error = read(&format!("z,y,x,{header}\n9,inf,7,{ROW}\n")).expect_err("no place");
@@ -309,23 +333,34 @@ mod tests {
 
     #[test]
     fn values_of_other_points_are_refused_with_their_line() {
-        let points = [[1.0, 2.0, 3.0], [4.0, 5.0, 600.0]]
+        let points = [[1.0, 2.0, 3.0], [4.0, 5.0, 600.0], [0.0, 1e6, 0.0]]
             .map(|p| ProbePoint { position: DVec3::from(p), normal: DVec3::Y });
-        let value =
-            |position: Option<DVec3>, line: usize| Reference { position, line, ..Reference::default() };
-        let check = |values: &[Reference]| {
-            check_points(Path::new("reference.csv"), values, &points).map_err(|error| error.to_string())
+        let right = points.map(|p| Reference {
+            position: Some(p.position * (1.0 + 5e-6) + 1e-17),
+            normal: Some(p.normal * 3.0),
+            line: 2,
+            ..Reference::default()
+        });
+        let check = |values: &[Reference], points: &[ProbePoint]| {
+            let path = Path::new("reference.csv");
+            check_points(path, values, points).map_err(|error| error.to_string())
         };
-        let right = [value(Some(points[0].position + 0.004), 2), value(None, 4)];
-        assert_eq!(check(&right), Ok(()));
+        assert_eq!(check(&right, &points), Ok(()));
+        assert_eq!(check(&[Reference::default()], &points[..1]), Ok(()));
+        let moved = |position: DVec3| Reference { position: Some(position), line: 4, ..right[1] };
+        let near = [right[0], moved(DVec3::new(4.0, 5.01, 600.0))];
         assert_eq!(
-            check(&[right[0], value(Some(DVec3::new(4.0, 5.5, 600.0)), 4)]),
-            Err("reference.csv:4: is for 4 5.5 600, but point 2 is 4 5 600; \
+            check(&near, &points[..2]),
+            Err("reference.csv:4: is for 4 5.01 600 0 3 0, but point 2 is 4 5 600 0 1 0; \
                  give the reference of these points"
                 .to_owned())
         );
-        let fewer = check(&right[..1]).expect_err("one of two");
+        let turned = Reference { normal: Some(DVec3::new(0.0, 1.0, 0.01)), ..right[0] };
+        assert!(check(&[turned], &points[..1]).expect_err("turned").contains("0 1 0.01, but point 1"));
+        let fewer = check(&right[..1], &points[..2]).expect_err("one of two");
         assert_eq!(fewer, "reference.csv: 1 rows for 2 points; give the reference of these points");
+        let huge = check(&[moved(DVec3::splat(1e308))], &points[..1]).expect_err("far away");
+        assert!(huge.len() < 200, "{huge}");
     }
 
     #[test]

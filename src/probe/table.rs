@@ -96,7 +96,7 @@ pub fn write_csv(answers: &[Answer], lux: bool, file: &mut dyn Write) -> io::Res
 }
 
 /// With an exponent where that is shorter.
-fn coordinate(x: f64) -> String {
+pub(super) fn coordinate(x: f64) -> String {
     if x == 0.0 || (1e-6..=1e16).contains(&x.abs()) { format!("{x}") } else { format!("{x:e}") }
 }
 

@@ -36,7 +36,10 @@ impl BruteTracer {
     pub fn hit_on(&self, ray: &Ray, facet: u32) -> Option<f64> {
         let [first, end] = [0, 1].map(|i| self.mesh.first_triangle[facet as usize + i]);
         let probe = Probe::new(ray.origin, ray.direction);
-        (first..end).filter_map(|t| probe.meet(&self.mesh, t)).filter(|&t| t > 0.0).min_by(f64::total_cmp)
+        (first..end)
+            .filter_map(|t| probe.meet(&self.mesh.corners(t)))
+            .filter(|&t| t > 0.0)
+            .min_by(f64::total_cmp)
     }
 
     /// The facets of those of some triangles that a segment meets between its ends.
@@ -44,7 +47,7 @@ impl BruteTracer {
         let [near, far] = segment.open_part().map(f64::from);
         let probe = Probe::new(segment.from, segment.to - segment.from);
         triangles
-            .filter(move |&t| probe.meet(&self.mesh, t).is_some_and(|t| t > near && t < far))
+            .filter(move |&t| probe.meet(&self.mesh.corners(t)).is_some_and(|t| t > near && t < far))
             .map(|t| self.mesh.facet_of_triangle[t as usize])
     }
 }
@@ -74,7 +77,7 @@ impl Tracer for BruteTracer {
             let probe = Probe::new(ray.origin, ray.direction);
             *hit = (0..self.mesh.triangles.len() as u32)
                 .filter_map(|triangle| {
-                    let t = probe.meet(&self.mesh, triangle)?;
+                    let t = probe.meet(&self.mesh.corners(triangle))?;
                     let facet = self.mesh.facet_of_triangle[triangle as usize];
                     (t > 0.0).then_some(Hit { facet, triangle, t: t as f32 })
                 })

@@ -20,7 +20,15 @@ const LEAST_DIRECTION: f32 = 1e-18;
 /// Traces through an eight-wide tree of boxes.
 pub struct FallbackTracer {
     tree: CwBvh,
-    mesh: TraceMesh,
+    /// In the order of the leaves of the tree.
+    leaves: Vec<Leaf>,
+}
+
+/// A triangle with all that a query needs of it.
+struct Leaf {
+    corners: [Vec3; 3],
+    triangle: u32,
+    facet: u32,
 }
 
 struct Bounded(Aabb);
@@ -35,13 +43,17 @@ impl obvhs::Boundable for Bounded {
 impl FallbackTracer {
     /// Builds the tree over `mesh`.
     pub fn new(mesh: &TraceMesh) -> FallbackTracer {
-        let boxes: Vec<Bounded> = mesh
-            .triangles
-            .iter()
-            .map(|t| Bounded(Aabb::around(t.iter().map(|&v| mesh.positions[v as usize]))))
-            .collect();
+        let count = mesh.triangles.len() as u32;
+        let boxes: Vec<Bounded> =
+            (0..count).map(|triangle| Bounded(Aabb::around(mesh.corners(triangle).into_iter()))).collect();
         let tree = build_cwbvh(&boxes, obvhs::BvhBuildParams::medium_build(), &mut Duration::default());
-        FallbackTracer { tree, mesh: mesh.clone() }
+        let leaf = |&triangle: &u32| Leaf {
+            corners: mesh.corners(triangle),
+            triangle,
+            facet: mesh.facet_of_triangle[triangle as usize],
+        };
+        let leaves = tree.primitive_indices.iter().map(leaf).collect();
+        FallbackTracer { tree, leaves }
     }
 
     /// A ray as the tree takes it. Distances are in units of `direction / STRETCH`.
@@ -83,12 +95,11 @@ impl Tracer for FallbackTracer {
             let ray = FallbackTracer::tree_ray(segment.from, direction, 1.0);
             *blocker = NO_FACET;
             self.tree.ray_traverse_miss(ray, |_, slot| {
-                let triangle = self.tree.primitive_indices[slot];
-                match probe.meet(&self.mesh, triangle) {
+                let leaf = &self.leaves[slot];
+                match probe.meet(&leaf.corners) {
                     Some(t) if t > near && t < far => {
-                        let facet = self.mesh.facet_of_triangle[triangle as usize];
-                        if audit.accepts(facet, segment.skip, &candidates) {
-                            *blocker = facet;
+                        if audit.accepts(leaf.facet, segment.skip, &candidates) {
+                            *blocker = leaf.facet;
                             return f32::NEG_INFINITY;
                         }
                         f32::INFINITY
@@ -106,10 +117,9 @@ impl Tracer for FallbackTracer {
             let mut record = obvhs::ray::RayHit::none();
             *hit = None;
             self.tree.ray_traverse(stretched, &mut record, |current, slot| {
-                let triangle = self.tree.primitive_indices[slot];
-                match probe.meet(&self.mesh, triangle) {
+                let &Leaf { corners, triangle, facet } = &self.leaves[slot];
+                match probe.meet(&corners) {
                     Some(t) if t > 0.0 && t as f32 * STRETCH < current.tmax => {
-                        let facet = self.mesh.facet_of_triangle[triangle as usize];
                         *hit = Some(Hit { facet, triangle, t: t as f32 });
                         t as f32 * STRETCH
                     }

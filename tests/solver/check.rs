@@ -61,12 +61,13 @@ impl Planted {
     }
 
     /// Fails the test unless the finding of this group and name failed.
-    fn is_noticed(&self, group: &str, name: &str) {
+    fn is_noticed(&self, group: &str, name: &str) -> Finding {
         let found = self.check(&Limits::NORMAL);
         assert!(!found.passed());
         let finding = found.findings.iter().find(|f| f.group == group && f.name == name);
         let finding = finding.unwrap_or_else(|| panic!("no finding {group}: {name}"));
         assert_eq!(finding.verdict, Verdict::Failed, "{finding:?}");
+        finding.clone()
     }
 
     /// Fails the test unless the finding of this group and name passed.
@@ -175,6 +176,7 @@ fn a_wrong_form_factor_is_noticed() {
     for wrong in [-right.factor, f32::NAN, f32::INFINITY] {
         plant(wrong, "negative or no number");
     }
+    plant(f32::NAN, "row sums of single elements");
     plant(1.5, "above 1 between elements");
     for wrong in [3.0 * right.factor, 0.3 * right.factor] {
         plant(wrong, "light that one of them gets wrong");
@@ -228,6 +230,10 @@ fn wrong_light_is_noticed() {
     planted.is_noticed("light", "darker than its emission");
     planted.is_noticed("light", "exitance against irradiance");
     planted.solution.light.exitance[leaf] = right;
+    let received = planted.solution.light.irradiance[leaf];
+    planted.solution.light.irradiance[leaf] = Vec3::NAN;
+    planted.is_noticed("light", "light on groups of surfaces");
+    planted.solution.light.irradiance[leaf] = received;
     // Light that fades on its way.
     for irradiance in &mut planted.solution.light.irradiance {
         *irradiance *= 0.98;
@@ -255,18 +261,37 @@ fn rows_that_are_wrong_only_one_by_one_are_noticed() {
     planted.keeps("form factors", "row sums against rays");
 }
 
+/// Multiplies the irradiance of every element by a factor that depends on its normal.
+fn dim(planted: &mut Planted, factor: impl Fn(Vec3) -> f32) {
+    let forest = &planted.solution.forest;
+    for (element, irradiance) in planted.solution.light.irradiance.iter_mut().enumerate() {
+        let side = forest.side(forest.side_of(element as u32));
+        *irradiance *= factor(planted.case.hierarchy.side_normal(side).as_vec3());
+    }
+}
+
 /// Light that fell on one wall instead of the one that faces it: none is lost.
 #[test]
 fn light_in_the_wrong_place_is_noticed() {
     let mut planted = Planted::new(bare_room(), &options(Strategy::Adaptive));
-    let forest = &planted.solution.forest;
-    for (element, irradiance) in planted.solution.light.irradiance.iter_mut().enumerate() {
-        let side = forest.side(forest.side_of(element as u32));
-        let normal = planted.case.hierarchy.side_normal(side);
-        *irradiance *= 1.0 + 0.2 * normal.x as f32;
-    }
+    dim(&mut planted, |normal| 1.0 + 0.2 * normal.x);
     planted.is_noticed("light", "light on groups of surfaces");
     planted.keeps("light", "energy balance");
+}
+
+/// The only wall that faces its way gets next to nothing, then nothing at all: no more than all is missing there.
+#[test]
+fn a_dark_wall_is_noticed() {
+    for left in [1e-3, 0.0] {
+        let mut planted = Planted::new(bare_room(), &options(Strategy::Adaptive));
+        dim(&mut planted, |normal| if normal.x > 0.9 { left } else { 1.0 });
+        let finding = planted.is_noticed("light", "light on groups of surfaces");
+        assert!(finding.value > 0.2 && finding.value < 0.6, "{finding:?}");
+        assert!(
+            finding.detail.starts_with("-100.0 %") || finding.detail.starts_with("-99.9 %"),
+            "{finding:?}"
+        );
+    }
 }
 
 #[test]
