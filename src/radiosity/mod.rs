@@ -31,5 +31,5 @@ pub use openness::{Arriving, Openness};
 pub use place::place;
 pub use quarters::Quarters;
 pub use refine::RefineCounters;
-pub use solve::{Energy, Solution, SolveOptions, solve};
+pub use solve::{Energy, Record, Solution, SolveOptions, solve};
 pub use strays::Strays;

@@ -9,9 +9,10 @@ use super::shading::Shading;
 use super::transport::Light;
 use crate::hierarchy::Hierarchy;
 use crate::math::hash_pair;
+use crate::progress::{Progress, Work};
 use crate::tracer::NO_FACET;
 use crate::visibility::{
-    CandidateSet, Class, Inheritance, Pair, Strategy, Tester, VisibilityCounters, Worker,
+    Answer, CandidateSet, Class, Detail, Inheritance, Pair, Strategy, Tester, VisibilityCounters, Worker,
 };
 use rayon::prelude::*;
 use std::ops::AddAssign;
@@ -20,7 +21,7 @@ use std::ops::AddAssign;
 const PARALLEL_IMPORTANCE: f64 = 64.0;
 
 /// Pairs the refinement ended at and that are not stored, and the work it took.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct RefineCounters {
     /// Pairs found invisible.
     pub invisible: u64,
@@ -28,6 +29,8 @@ pub struct RefineCounters {
     pub certified_invisible: u64,
     /// Work of the visibility tests.
     pub visibility: VisibilityCounters,
+    /// Where that goes, if it was asked for.
+    pub detail: Option<Box<Detail>>,
 }
 
 impl AddAssign for RefineCounters {
@@ -35,6 +38,7 @@ impl AddAssign for RefineCounters {
         self.invisible += other.invisible;
         self.certified_invisible += other.certified_invisible;
         self.visibility += other.visibility;
+        Detail::merge(&mut self.detail, other.detail);
     }
 }
 
@@ -70,6 +74,7 @@ pub(super) struct Refiner<'a> {
     pub(super) light: &'a Light,
     pub(super) tester: &'a Tester<'a>,
     pub(super) thresholds: Thresholds,
+    pub(super) progress: &'a dyn Progress,
 }
 
 /// What a pair knows from above.
@@ -81,7 +86,6 @@ struct PairState<'a> {
 }
 
 /// Links and counts of one task.
-#[derive(Default)]
 struct Output {
     links: Vec<Link>,
     counters: RefineCounters,
@@ -92,7 +96,7 @@ impl Output {
     fn absorb(&mut self, other: Output) {
         self.links.extend(other.links);
         self.counters += other.counters;
-        self.worker.counters += other.worker.counters;
+        self.worker.absorb(other.worker);
     }
 }
 
@@ -128,42 +132,44 @@ enum Split {
 impl<'a> Refiner<'a> {
     /// Splits every link that is not good enough any more; the others stay as they are. The order of
     /// the result depends on the input alone.
-    pub(super) fn refine(
-        &self,
-        links: &[Link],
-        advance: &(dyn Fn(u64) + Sync),
-    ) -> (Vec<Link>, RefineCounters) {
+    pub(super) fn refine(&self, links: &[Link]) -> (Vec<Link>, RefineCounters) {
         let root = CandidateSet::root();
         let parts: Vec<Output> = links
             .par_chunks(256)
             .with_max_len(1)
             .map(|chunk| {
-                let mut output = Output::default();
+                let _work = Work::begin(self.progress, "refine");
+                let mut output = self.output();
                 for link in chunk {
                     self.revisit(link, &root, &mut output);
                 }
-                advance(chunk.len() as u64);
+                self.progress.advance(chunk.len() as u64);
                 output
             })
             .collect();
-        let mut all = Output::default();
+        let mut all = self.output();
         parts.into_iter().for_each(|part| all.absorb(part));
-        all.counters.visibility = all.worker.counters;
+        (all.counters.visibility, all.counters.detail) = all.worker.into_counted();
         (all.links, all.counters)
+    }
+
+    fn output(&self) -> Output {
+        Output { links: Vec::new(), counters: RefineCounters::default(), worker: self.tester.worker() }
     }
 
     /// Weighs the partial links from clusters again, with the present light. What is bright in a cluster
     /// when its links are made lies open to the lamps; light that arrives inside later is more hidden, but
     /// the old weight would count it as equally visible.
-    pub(super) fn weigh_again(&self, links: &mut [Link], advance: &(dyn Fn(u64) + Sync)) -> RefineCounters {
+    pub(super) fn weigh_again(&self, links: &mut [Link]) -> RefineCounters {
         let mut counters = RefineCounters::default();
         let clusters = self.hierarchy.nodes.len() as u32;
         let root = CandidateSet::root();
         let inherited = Inheritance { candidates: &root, blocker: NO_FACET };
-        let counted: Vec<VisibilityCounters> = links
+        let counted: Vec<Worker> = links
             .par_chunks_mut(256)
             .map(|chunk| {
-                let mut worker = Worker::default();
+                let _work = Work::begin(self.progress, "weigh");
+                let mut worker = self.tester.worker();
                 for link in chunk.iter_mut().filter(|l| l.class == LinkClass::Partial && l.source < clusters)
                 {
                     let (receiver, source) = (self.party(link.receiver), self.party(link.source));
@@ -174,11 +180,13 @@ impl<'a> Refiner<'a> {
                             });
                     }
                 }
-                advance(chunk.len() as u64);
-                worker.counters
+                self.progress.advance(chunk.len() as u64);
+                worker
             })
             .collect();
-        counted.into_iter().for_each(|part| counters.visibility += part);
+        let mut all = self.tester.worker();
+        counted.into_iter().for_each(|part| all.absorb(part));
+        (counters.visibility, counters.detail) = all.into_counted();
         counters
     }
 
@@ -255,7 +263,11 @@ impl<'a> Refiner<'a> {
 
     /// Decides one pair: link, drop, or split and go on below.
     fn pair(&self, receiver: &Party<'a>, source: &Party<'a>, state: PairState<'_>, output: &mut Output) {
-        let Some(mut figures) = estimate(receiver, source, self.hierarchy, self.light) else { return };
+        let level = || self.tester.level(receiver.radius(self.hierarchy).max(source.radius(self.hierarchy)));
+        let Some(mut figures) = estimate(receiver, source, self.hierarchy, self.light) else {
+            output.worker.count_untested(Answer::Facing, level);
+            return;
+        };
         let mut link = Link {
             receiver: receiver.id(self.hierarchy),
             source: source.id(self.hierarchy),
@@ -268,10 +280,12 @@ impl<'a> Refiner<'a> {
         };
         // Dark, for now. A bright source that only few points see is another matter.
         if figures.power.max(figures.kernel_error) <= 0.0 {
+            output.worker.count_untested(Answer::Dark, level);
             output.links.push(link);
             return;
         }
         if let Some(certified) = state.visible {
+            output.worker.count_untested(Answer::Inherited, level);
             match self.wanted_split(receiver, source, &figures, false) {
                 Some(split) => self.split(receiver, source, split, figures.power, state, output),
                 None => {
@@ -478,7 +492,8 @@ impl<'a> Refiner<'a> {
                 .par_iter()
                 .with_max_len(1)
                 .map(|(r, s)| {
-                    let mut output = Output::default();
+                    let _work = Work::begin(self.progress, "refine");
+                    let mut output = self.output();
                     self.pair(r, s, state, &mut output);
                     output
                 })
