@@ -8,13 +8,14 @@ use super::solved::{Loaded, in_pool, link_stats, solve_options};
 use crate::gather::Gatherer;
 use crate::hierarchy::Hierarchy;
 use crate::image::write::check_destination;
-use crate::progress::{Progress, Silent};
-use crate::radiosity::{self, Solution, VisibilityError};
+use crate::progress::{Both, Progress, Silent, Span, Timeline};
+use crate::radiosity::{self, Record, Solution, SolveOptions, VisibilityError};
+use crate::report::detail::RunDetail;
 use crate::report::profile::{Profile, ProfiledRun, Spread};
 use crate::report::{json, memory, plot};
 use crate::tracer::Tracer;
 use crate::visibility::Strategy;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// What the ratios are to, when it is among the runs: classic radiosity with this many rays.
 const YARDSTICK_RAYS: u32 = 16;
@@ -35,14 +36,17 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
         Some((points, reference)) => Some(Target::read(points, reference)?),
         None => None,
     };
-    let loaded = Loaded::load(&config.run, progress)?;
-    let hierarchy = Hierarchy::build(&loaded.scene, config.run.solve.one_sided, progress);
-    progress.start("build", 0);
+    let timeline = Timeline::new(0);
+    let both = Both(progress, &timeline);
+    let loaded = Loaded::load(&config.run, &both)?;
+    let hierarchy = Hierarchy::build(&loaded.scene, config.run.solve.one_sided, &both);
+    both.start("build", 0);
     let tracers = config.tracers.iter().map(|&kind| loaded.tracer(&config.run, kind, &hierarchy));
     let tracers = tracers.collect::<Result<Vec<_>, _>>();
-    progress.finish();
+    both.finish();
     let tracers = tracers?;
-    let bench = Bench { config, loaded: &loaded, hierarchy: &hierarchy, target: target.as_ref() };
+    let target = target.as_ref();
+    let bench = Bench { config, loaded: &loaded, hierarchy: &hierarchy, target, timeline: &timeline };
 
     let kinds: Vec<(&dyn Tracer, &SolveConfig)> = tracers
         .iter()
@@ -53,10 +57,14 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
     let mut runs = Vec::new();
     for repeat in 0..config.repeats {
         for (&(tracer, settings), timed) in kinds.iter().zip(&mut timed) {
+            let begun = timeline.now();
+            let phases_before = timeline.phases().len();
             let solution = bench.solve(tracer, settings, timed);
             // What does not depend on the clock is the same every time.
             if repeat == 0 {
-                runs.push(bench.judge(tracer, settings, &solution));
+                let (phases, total) = (&timeline.phases()[phases_before..], timeline.now() - begun);
+                let detail = bench.detail(&solution, phases, total);
+                runs.push(ProfiledRun { detail, ..bench.judge(tracer, settings, &solution) });
             }
             progress.advance(1);
         }
@@ -100,6 +108,7 @@ struct Bench<'a> {
     loaded: &'a Loaded,
     hierarchy: &'a Hierarchy,
     target: Option<&'a Target>,
+    timeline: &'a Timeline,
 }
 
 impl Bench<'_> {
@@ -107,15 +116,23 @@ impl Bench<'_> {
         memory::restart_peak();
         let start = Instant::now();
         let square_meters = self.hierarchy.square_meters_per_unit(self.loaded.scene.meters_per_unit);
-        let solution =
-            radiosity::solve(self.hierarchy, tracer, &solve_options(settings), square_meters, &Silent);
+        let options = SolveOptions { record: Record::Steps, ..solve_options(settings) };
+        let solution = radiosity::solve(self.hierarchy, tracer, &options, square_meters, self.timeline);
         timed.total.push(start.elapsed().as_secs_f64());
         timed.visibility.push(solution.counters.visibility.nanoseconds as f64 * 1e-9);
         timed.peak_rss_bytes = timed.peak_rss_bytes.max(memory::peak_rss_bytes());
         solution
     }
 
-    /// All but the times.
+    /// Where the work went.
+    fn detail(&self, solution: &Solution, phases: &[Span], total: Duration) -> RunDetail {
+        let radius = self.hierarchy.nodes[0].bounds.radius() * self.hierarchy.frame.scene_units_per_local();
+        let counters = &solution.counters;
+        let detail = counters.detail.as_deref().cloned().unwrap_or_default();
+        RunDetail::new(&detail, &counters.visibility, radius, phases, total)
+    }
+
+    /// All but the times, and where the work went.
     fn judge(&self, tracer: &dyn Tracer, settings: &SolveConfig, solution: &Solution) -> ProfiledRun {
         let (visibility, links) = (&solution.counters.visibility, link_stats(solution));
         let strategy = Strategy::from(settings.strategy);
