@@ -107,3 +107,39 @@ fn what_cannot_be_done_is_said_before_anything_is_solved() {
     std::fs::remove_file(folder.path("short.csv")).expect("our own file");
     assert_eq!(folder.names(), before, "nothing is left behind");
 }
+
+#[test]
+fn where_the_work_went_adds_up() {
+    let folder = folder();
+    let options = ["--strategies", "adaptive,shaft", "--tracers", "fallback", "-o", "p.json"];
+    let run = folder.run(&[&BASE[..], &options].concat());
+    assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{run:?}");
+    let record = record(&folder);
+    for run in record["runs"].as_array().expect("runs") {
+        let detail = &run["detail"];
+        let rows = |list: &str| detail[list].as_array().unwrap_or_else(|| panic!("no {list}: {run}")).clone();
+        let sum = |list: &str, field: &str| -> f64 {
+            rows(list).iter().map(|row| row[field].as_f64().expect("a number")).sum()
+        };
+        // With one repeat the median is the run itself.
+        let visibility = run["visibility_seconds"]["median"].as_f64().expect("a number");
+        for list in ["steps", "answers", "levels"] {
+            assert!((sum(list, "seconds") - visibility).abs() < 1e-6 + 1e-6 * visibility, "{list}: {run}");
+        }
+        let total = run["total_seconds"]["median"].as_f64().expect("a number");
+        assert!(sum("phases", "seconds") >= total, "{run}");
+        let names: Vec<Value> = rows("phases").iter().map(|row| row["name"].clone()).collect();
+        assert!(["openness", "refine", "gather", "other"].iter().all(|&name| names.contains(&name.into())));
+        let count = |name: &str| run[name].as_f64().expect("a number");
+        assert_eq!(sum("answers", "rays"), count("rays_cast"));
+        for list in ["rays_per_pair", "filter_calls_per_pair"] {
+            assert_eq!(sum(list, "count"), count("pairs_tested"), "{list}: {run}");
+        }
+        assert_eq!(sum("candidates_per_shaft", "count"), count("shafts_built"), "{run}");
+        let tested = ["visible", "invisible", "partial"].map(|class| sum("levels", class));
+        assert_eq!(tested.iter().sum::<f64>(), count("pairs_tested"), "{run}");
+    }
+    for title in ["in visibility by step", "by phase", "by what settled them", "by size", "by their rays"] {
+        assert!(run.stdout.contains(title), "{title}: {}", run.stdout);
+    }
+}
