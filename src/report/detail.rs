@@ -252,3 +252,79 @@ impl LevelRow {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::profile::{Profile, ProfiledRun};
+    use super::*;
+    use serde_json::Value;
+
+    fn sample() -> RunDetail {
+        let mut detail = Detail::default();
+        detail.levels[2][Answer::RaysClear as usize] = Effort { pairs: 3, rays: 48, nanoseconds: 9_000 };
+        detail.answers[Answer::RaysClear as usize] = detail.levels[2][Answer::RaysClear as usize];
+        let phase = |name, start, end| Span {
+            name,
+            start: Duration::from_secs(start),
+            end: Duration::from_secs(end),
+        };
+        let phases = [phase("refine", 1, 3), phase("gather", 3, 4), phase("refine", 4, 9)];
+        let counters = VisibilityCounters { filter_calls: 4, filter_rejects: 1, ..Default::default() };
+        RunDetail {
+            rays_per_pair: vec![Bin { from: 16, to: 31, count: 3 }, Bin { from: 32, to: 63, count: 1 }],
+            ..RunDetail::new(&detail, &counters, 8.0, &phases, Duration::from_secs(10))
+        }
+    }
+
+    #[test]
+    fn phases_are_summed_and_the_rest_is_other() {
+        let seconds = |name, seconds| Seconds { name, seconds };
+        assert_eq!(sample().phases, [seconds("refine", 7.0), seconds("gather", 1.0), seconds("other", 2.0)]);
+    }
+
+    #[test]
+    fn rows_say_what_settled_pairs_and_how_large_they_are() {
+        let text = sample().text();
+        let row = text.lines().find(|line| line.contains("rays clear")).expect("a row");
+        assert_eq!(
+            row.split_whitespace().collect::<Vec<_>>(),
+            ["visible", "rays", "clear", "3", "0.000", "16.00", "3.00", "0.0"]
+        );
+        assert!(!text.contains("rays blocked"), "there are none: {text}");
+        let level = text.lines().find(|line| line.trim_start().starts_with("2  2.000")).expect("a row");
+        assert_eq!(level.split_whitespace().nth(2), Some("3"), "{level}");
+        assert!(
+            text.lines().any(|line| line.contains("16 to 31") && line.ends_with(&"#".repeat(40))),
+            "{text}"
+        );
+        assert!(text.contains("called 4 times and rejected 25.0 %"), "{text}");
+    }
+
+    /// Names of all fields, at any depth.
+    fn names(value: &Value, found: &mut Vec<String>) {
+        match value {
+            Value::Object(fields) => fields.iter().for_each(|(name, inner)| {
+                found.push(name.clone());
+                names(inner, found);
+            }),
+            Value::Array(rows) => rows.iter().for_each(|row| names(row, found)),
+            _ => {}
+        }
+    }
+
+    #[test]
+    fn every_field_of_the_record_is_explained() {
+        let documented = include_str!("../../docs/profile.md");
+        let run = ProfiledRun { detail: sample(), ..Default::default() };
+        let profile = Profile { runs: vec![run], ..Default::default() };
+        let mut found = Vec::new();
+        names(&serde_json::to_value(profile).expect("serialisable"), &mut found);
+        assert!(found.len() > 60, "the record has lost fields: {found:?}");
+        for name in found {
+            assert!(documented.contains(&format!("`{name}`")), "docs/profile.md does not explain {name}");
+        }
+        for name in Step::ALL.map(Step::name).into_iter().chain(Answer::ALL.map(Answer::name)) {
+            assert!(documented.contains(&format!("| {name} |")), "docs/profile.md does not explain '{name}'");
+        }
+    }
+}
