@@ -20,6 +20,7 @@ mod shading;
 mod solve;
 mod strays;
 mod transport;
+mod work;
 
 pub use transport::{Light, direction};
 

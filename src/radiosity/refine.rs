@@ -6,7 +6,9 @@ use super::forest::Forest;
 use super::links::{Link, LinkClass};
 use super::quarters::Quarters;
 use super::shading::Shading;
+use super::solve::Record;
 use super::transport::Light;
+use super::work::WorkDone;
 use crate::hierarchy::Hierarchy;
 use crate::math::hash_pair;
 use crate::progress::{Progress, Work};
@@ -74,6 +76,7 @@ pub(super) struct Refiner<'a> {
     pub(super) light: &'a Light,
     pub(super) tester: &'a Tester<'a>,
     pub(super) thresholds: Thresholds,
+    pub(super) record: Record,
     pub(super) progress: &'a dyn Progress,
 }
 
@@ -89,6 +92,7 @@ struct PairState<'a> {
 struct Output {
     links: Vec<Link>,
     counters: RefineCounters,
+    done: WorkDone,
     worker: Worker,
 }
 
@@ -97,6 +101,7 @@ impl Output {
         self.links.extend(other.links);
         self.counters += other.counters;
         self.worker.absorb(other.worker);
+        self.done.absorb(other.done);
     }
 }
 
@@ -132,7 +137,7 @@ enum Split {
 impl<'a> Refiner<'a> {
     /// Splits every link that is not good enough any more; the others stay as they are. The order of
     /// the result depends on the input alone.
-    pub(super) fn refine(&self, links: &[Link]) -> (Vec<Link>, RefineCounters) {
+    pub(super) fn refine(&self, links: &[Link]) -> (Vec<Link>, RefineCounters, WorkDone) {
         let root = CandidateSet::root();
         let parts: Vec<Output> = links
             .par_chunks(256)
@@ -143,6 +148,7 @@ impl<'a> Refiner<'a> {
                 for link in chunk {
                     self.revisit(link, &root, &mut output);
                 }
+                output.done.join();
                 self.progress.advance(chunk.len() as u64);
                 output
             })
@@ -150,44 +156,57 @@ impl<'a> Refiner<'a> {
         let mut all = self.output();
         parts.into_iter().for_each(|part| all.absorb(part));
         (all.counters.visibility, all.counters.detail) = all.worker.into_counted();
-        (all.links, all.counters)
+        (all.links, all.counters, all.done)
     }
 
     fn output(&self) -> Output {
-        Output { links: Vec::new(), counters: RefineCounters::default(), worker: self.tester.worker() }
+        Output {
+            links: Vec::new(),
+            counters: RefineCounters::default(),
+            done: WorkDone::default(),
+            worker: self.tester.worker(),
+        }
     }
 
     /// Weighs the partial links from clusters again, with the present light. What is bright in a cluster
     /// when its links are made lies open to the lamps; light that arrives inside later is more hidden, but
     /// the old weight would count it as equally visible.
-    pub(super) fn weigh_again(&self, links: &mut [Link]) -> RefineCounters {
+    pub(super) fn weigh_again(&self, links: &mut [Link]) -> (RefineCounters, WorkDone) {
         let mut counters = RefineCounters::default();
         let clusters = self.hierarchy.nodes.len() as u32;
         let root = CandidateSet::root();
         let inherited = Inheritance { candidates: &root, blocker: NO_FACET };
-        let counted: Vec<Worker> = links
+        let counted: Vec<(Worker, WorkDone)> = links
             .par_chunks_mut(256)
             .map(|chunk| {
                 let _work = Work::begin(self.progress, "weigh");
-                let mut worker = self.tester.worker();
+                let (mut worker, mut done) = (self.tester.worker(), WorkDone::default());
                 for link in chunk.iter_mut().filter(|l| l.class == LinkClass::Partial && l.source < clusters)
                 {
                     let (receiver, source) = (self.party(link.receiver), self.party(link.source));
                     if let Some(figures) = estimate(&receiver, &source, self.hierarchy, self.light) {
+                        let before = worker.counters;
                         link.visibility =
                             self.with_pair(&receiver, &source, &figures, inherited, false, |pair| {
                                 self.tester.weigh(&mut worker, pair)
                             });
+                        let work = worker.counters.work_since(&before);
+                        link.work = link.work.saturating_add(work.try_into().unwrap_or(u16::MAX));
+                        self.note(&mut done, link.receiver, work);
                     }
                 }
+                done.join();
                 self.progress.advance(chunk.len() as u64);
-                worker
+                (worker, done)
             })
             .collect();
-        let mut all = self.tester.worker();
-        counted.into_iter().for_each(|part| all.absorb(part));
+        let (mut all, mut all_done) = (self.tester.worker(), WorkDone::default());
+        for (worker, done) in counted {
+            all.absorb(worker);
+            all_done.absorb(done);
+        }
         (counters.visibility, counters.detail) = all.into_counted();
-        counters
+        (counters, all_done)
     }
 
     /// Keeps a link, or takes it up again with the present light.
@@ -225,6 +244,13 @@ impl<'a> Refiner<'a> {
             }
         }
         self.pair(&receiver, &source, PairState { visible, inheritance }, output);
+    }
+
+    /// Keeps work for a receiver, if that is asked for.
+    fn note(&self, done: &mut WorkDone, receiver: u32, work: u64) {
+        if self.record == Record::Work {
+            done.add(receiver, work);
+        }
     }
 
     fn limits(&self, receiver: &Party<'_>) -> Limits {
@@ -277,6 +303,7 @@ impl<'a> Refiner<'a> {
             quarters: Quarters::UNIFORM,
             class: LinkClass::Untested,
             inherited: false,
+            work: 0,
         };
         // Dark, for now. A bright source that only few points see is another matter.
         if figures.power.max(figures.kernel_error) <= 0.0 {
@@ -300,10 +327,14 @@ impl<'a> Refiner<'a> {
 
         let if_partial = self.wanted_split(receiver, source, &figures, true);
         let subdivided = if_partial.is_some();
+        let before = output.worker.counters;
         let (verdict, narrowed) =
             self.with_pair(receiver, source, &figures, state.inheritance, subdivided, |pair| {
                 self.tester.classify(&mut output.worker, pair)
             });
+        let work = output.worker.counters.work_since(&before);
+        link.work = work.try_into().unwrap_or(u16::MAX);
+        self.note(&mut output.done, link.receiver, work);
         if self.is_classic() {
             // A kernel-weighted fraction can be tiny: fewer than one ray in n + 1 is more than n rays can tell.
             let least = 1.0 / (self.tester.options().rays as f64 + 1.0);

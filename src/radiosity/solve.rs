@@ -69,6 +69,8 @@ pub enum Record {
     Nothing,
     /// Where the work of visibility tests goes: [`RefineCounters::detail`].
     Steps,
+    /// How much of it was done for each receiver: [`Solution::work`].
+    Work,
 }
 
 /// Watts, summed over channels.
@@ -117,6 +119,9 @@ pub struct Solution {
     pub factor: f32,
     /// Pairs that are not stored, and the work done.
     pub counters: RefineCounters,
+    /// Work of all visibility tests with each node as receiver, in rays, by node id as links have it; empty if it was
+    /// not asked for.
+    pub work: Vec<u64>,
     /// Gather and push-pull iterations.
     pub iterations: u32,
     /// Where the power went.
@@ -190,6 +195,7 @@ pub fn solve(
     let mut conservation = Conservation::unknown();
     let mut counters = RefineCounters::default();
     let emitted = emitted_power(hierarchy, &forest);
+    let mut work = Vec::new();
     let mut refine_seconds = 0.0;
     let (mut iterations, mut error, mut factor) = (0, f64::MAX, conservation.factor);
     let (mut settled, mut since_settled) = (false, 0);
@@ -210,9 +216,18 @@ pub fn solve(
         if weighed {
             approach.shown = None;
             progress.start("weigh", links.links.len() as u64);
-            let refiner =
-                Refiner { hierarchy, forest: &forest, light: &light, tester: &tester, thresholds, progress };
-            counters += refiner.weigh_again(&mut links.links);
+            let refiner = Refiner {
+                hierarchy,
+                forest: &forest,
+                light: &light,
+                tester: &tester,
+                thresholds,
+                record: options.record,
+                progress,
+            };
+            let (counted, done) = refiner.weigh_again(&mut links.links);
+            counters += counted;
+            done.add_to(&mut work);
             progress.finish();
         }
         if looked_for_strays {
@@ -231,13 +246,25 @@ pub fn solve(
             let start = Instant::now();
             approach.shown = None;
             progress.start("refine", links.links.len() as u64);
-            let refiner =
-                Refiner { hierarchy, forest: &forest, light: &light, tester: &tester, thresholds, progress };
-            let (mut refined, counted) = refiner.refine(&links.links);
+            let refiner = Refiner {
+                hierarchy,
+                forest: &forest,
+                light: &light,
+                tester: &tester,
+                thresholds,
+                record: options.record,
+                progress,
+            };
+            let (mut refined, counted, mut done) = refiner.refine(&links.links);
             counters += counted;
             let (before, after) = (carrying(&links.links), carrying(&refined));
             let new_from_old = forest.renumber(hierarchy);
             rename(&mut refined, hierarchy.nodes.len() as u32, &new_from_old);
+            if options.record == Record::Work {
+                work = renumbered(&work, hierarchy.nodes.len(), forest.len(), &new_from_old);
+                done.rename(hierarchy.nodes.len() as u32, &new_from_old);
+                done.add_to(&mut work);
+            }
             light = light.renumbered(&forest, &new_from_old);
             let added = after.abs_diff(before) as f64;
             settled = iterations as usize > SCHEDULE.len() && added <= SETTLED * after as f64
@@ -289,6 +316,7 @@ pub fn solve(
         strays,
         factor,
         counters,
+        work,
         iterations,
         energy,
         min_size,
@@ -361,11 +389,22 @@ const SELF_LINK: Link = Link {
     quarters: Quarters::UNIFORM,
     class: LinkClass::Untested,
     inherited: false,
+    work: 0,
 };
 
 /// Links that may carry light. How many others are kept for another look is up to what could be proved.
 fn carrying(links: &[Link]) -> usize {
     links.iter().filter(|link| link.class != LinkClass::Invisible).count()
+}
+
+/// Work by node id, with other element ids.
+fn renumbered(work: &[u64], clusters: usize, elements: usize, new_from_old: &[u32]) -> Vec<u64> {
+    let mut renumbered = vec![0; clusters + elements];
+    for (old, &done) in work.iter().enumerate() {
+        let new = old.checked_sub(clusters).map_or(old, |element| clusters + new_from_old[element] as usize);
+        renumbered[new] = done;
+    }
+    renumbered
 }
 
 /// Replaces provisional element ids.
