@@ -379,6 +379,14 @@ pub(super) enum ViewArg {
     Shaded,
     /// Element edges, coloured by the visibility classes of the links
     Mesh,
+    /// Heat map: work of visibility tests, by area
+    Cost,
+    /// Heat map: links over which each element is lit
+    Links,
+    /// Heat map: class of the link of each element that cost the most
+    Class,
+    /// Heat map: share of the light that comes over partial links
+    Partial,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

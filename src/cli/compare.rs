@@ -120,7 +120,7 @@ fn write_pictures(places: &Pictures, [native, other]: &[Picture; 2]) -> Result<(
     let exposure = Exposure::Automatic.multiplier(native);
     let difference = difference_picture([native, other], GAIN);
     for (path, picture) in places.files.iter().zip([native, other, &difference]) {
-        write_picture(path, picture, exposure)?;
+        write_picture(path, picture, Some(exposure))?;
     }
     Ok(())
 }

@@ -9,7 +9,7 @@ use crate::gather::Gatherer;
 use crate::hierarchy::Hierarchy;
 use crate::image::write::check_destination;
 use crate::progress::{Both, Progress, Silent, Span, Timeline};
-use crate::radiosity::{self, Record, Solution, SolveOptions, VisibilityError};
+use crate::radiosity::{self, Solution, VisibilityError};
 use crate::report::detail::RunDetail;
 use crate::report::profile::{Profile, ProfiledRun, Spread};
 use crate::report::{json, memory, plot};
@@ -116,7 +116,7 @@ impl Bench<'_> {
         memory::restart_peak();
         let start = Instant::now();
         let square_meters = self.hierarchy.square_meters_per_unit(self.loaded.scene.meters_per_unit);
-        let options = SolveOptions { record: Record::Steps, ..solve_options(settings) };
+        let options = solve_options(settings);
         let solution = radiosity::solve(self.hierarchy, tracer, &options, square_meters, self.timeline);
         timed.total.push(start.elapsed().as_secs_f64());
         timed.visibility.push(solution.counters.visibility.nanoseconds as f64 * 1e-9);

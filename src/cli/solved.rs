@@ -12,7 +12,7 @@ use super::errors::CliError;
 use crate::check::{UNBALANCED, UNSETTLED};
 use crate::hierarchy::Hierarchy;
 use crate::progress::{Progress, Silent, TerminalProgress};
-use crate::radiosity::{self, Link, LinkClass, Record, Solution, SolveOptions};
+use crate::radiosity::{self, Link, LinkClass, Solution, SolveOptions};
 use crate::report::memory;
 use crate::report::stats::{EnergyStats, LinkStats, MemoryStats, SceneStats, Stats, VisibilityStats};
 use crate::scene::{self, Scene};
@@ -212,7 +212,7 @@ pub(super) fn solve_options(config: &SolveConfig) -> SolveOptions {
             rays: config.rays,
             certify: config.certify,
         },
-        record: Record::Nothing,
+        record: config.record,
     }
 }
 

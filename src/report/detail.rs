@@ -97,10 +97,15 @@ impl RunDetail {
     ) -> RunDetail {
         let levels =
             detail.levels.iter().enumerate().map(|(level, efforts)| LevelRow::of(level, radius, efforts));
+        // Some of the tests stand for all of them.
+        let timed = (detail.steps.iter().sum::<u64>() as f64).max(1.0);
         RunDetail {
             phases: by_phase(phases, total),
             steps: Step::ALL
-                .map(|step| Seconds { name: step.name(), seconds: seconds(detail.steps[step as usize]) })
+                .map(|step| Seconds {
+                    name: step.name(),
+                    seconds: seconds(counters.nanoseconds) * detail.steps[step as usize] as f64 / timed,
+                })
                 .into(),
             answers: Answer::ALL.map(|answer| AnswerRow::of(answer, detail)).into(),
             levels: levels.filter(|row| row.pairs > 0 || row.rays > 0).collect(),

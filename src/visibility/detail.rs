@@ -20,7 +20,7 @@ pub enum Step {
     Culling,
     /// Facets tried as blockers, and the search for them.
     Blockers,
-    /// What is left: rejected hits looked at again.
+    /// What is left, and rejected hits looked at again.
     Other,
 }
 
@@ -184,7 +184,7 @@ pub(super) const LEVELS: usize = 24;
 /// Everything that is kept besides [`VisibilityCounters`](super::VisibilityCounters). All sums.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Detail {
-    /// Nanoseconds by [`Step`], in the order of [`Step::ALL`]; together the nanoseconds of the counters.
+    /// Nanoseconds by [`Step`], in the order of [`Step::ALL`], of one test in eight.
     pub steps: [u64; Step::ALL.len()],
     /// By what settled the pair, in the order of [`Answer::ALL`].
     pub answers: [Effort; Answer::ALL.len()],
@@ -228,38 +228,30 @@ impl AddAssign<&Detail> for Detail {
     }
 }
 
+/// The steps of one test in so many are timed: a look at the clock costs as much as a few tens of nanoseconds, and a test
+/// of few rays takes no more than a microsecond.
+const TIMED: u64 = 8;
+
 /// Times the steps of one test after the other.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct StepClock {
-    start: Instant,
     last: Instant,
 }
 
 impl StepClock {
-    pub(super) fn now() -> StepClock {
-        let start = Instant::now();
-        StepClock { start, last: start }
+    /// For the test of a pair with this seed, if it is one of those that are timed.
+    pub(super) fn of(seed: u64, start: Instant) -> Option<StepClock> {
+        seed.is_multiple_of(TIMED).then_some(StepClock { last: start })
     }
 
-    /// A step has ended just now.
-    pub(super) fn lap(&mut self, detail: &mut Detail, step: Step) {
-        let now = Instant::now();
+    /// A step has ended.
+    pub(super) fn lap(&mut self, detail: &mut Detail, step: Step, now: Instant) {
         detail.steps[step as usize] += nanoseconds(now - self.last);
         self.last = now;
     }
-
-    /// Length of all steps so far.
-    pub(super) fn lapped(&self) -> u64 {
-        nanoseconds(self.last - self.start)
-    }
-
-    /// Time since the start.
-    pub(super) fn elapsed(&self) -> u64 {
-        nanoseconds(self.start.elapsed())
-    }
 }
 
-fn nanoseconds(duration: Duration) -> u64 {
+pub(super) fn nanoseconds(duration: Duration) -> u64 {
     duration.as_nanos() as u64
 }
 

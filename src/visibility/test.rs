@@ -175,7 +175,7 @@ impl<'a> Tester<'a> {
     /// The second result, when there is one, is the narrowed candidate set for the children; recycle it
     /// when they are done.
     pub fn classify(&self, worker: &mut Worker, pair: &Pair<'_>) -> (Verdict, Option<CandidateSet>) {
-        let begun = worker.begin();
+        let begun = worker.begin(pair.seed);
         worker.counters.pairs_tested += 1;
         let (mut verdict, narrowed) = match self.options.strategy {
             Strategy::All | Strategy::Root => (self.by_rays(worker, pair, Candidates::All, None), None),
@@ -210,7 +210,7 @@ impl<'a> Tester<'a> {
 
     /// Share of the light that gets through a pair, by rays over the whole scene, whatever the strategy.
     pub fn weigh(&self, worker: &mut Worker, pair: &Pair<'_>) -> f32 {
-        let begun = worker.begin();
+        let begun = worker.begin(pair.seed);
         let met = self.cast(worker, pair, self.weighing(pair), Candidates::All, None);
         worker.end(&begun, |_| (Answer::WeighedAgain, self.level_of(pair)));
         met.fraction

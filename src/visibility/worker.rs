@@ -1,9 +1,10 @@
 //! What one task carries from test to test: scratch memory, counters, and the clock of the steps.
 
-use super::detail::{Answer, Detail, Effort, Step, StepClock};
+use super::detail::{Answer, Detail, Effort, Step, StepClock, nanoseconds};
 use super::rays::Sighting;
 use super::{CandidateSet, VisibilityCounters};
 use crate::tracer::Segment;
+use std::time::Instant;
 
 /// Scratch memory and counters of one thread's current task.
 #[derive(Debug, Default)]
@@ -23,7 +24,7 @@ pub struct Worker {
 
 /// Where a test began.
 pub(super) struct Begun {
-    clock: StepClock,
+    start: Instant,
     /// What had been counted before.
     pub(super) counters: VisibilityCounters,
 }
@@ -68,20 +69,20 @@ impl Worker {
         self.detail.get_or_insert_default()
     }
 
-    /// A test begins.
-    pub(super) fn begin(&mut self) -> Begun {
-        let clock = StepClock::now();
+    /// The test of a pair with this seed begins.
+    pub(super) fn begin(&mut self, seed: u64) -> Begun {
+        let start = Instant::now();
         if self.is_detailed {
-            self.clock = Some(clock);
+            self.clock = StepClock::of(seed, start);
         }
-        Begun { clock, counters: self.counters }
+        Begun { start, counters: self.counters }
     }
 
     /// A step of the test has ended just now.
     #[inline]
     pub(super) fn lap(&mut self, step: Step) {
         if let Some(clock) = &mut self.clock {
-            clock.lap(self.detail.get_or_insert_default(), step);
+            clock.lap(self.detail.get_or_insert_default(), step, Instant::now());
         }
     }
 
@@ -98,13 +99,15 @@ impl Worker {
         begun: &Begun,
         outcome: impl FnOnce(&VisibilityCounters) -> (Answer, usize),
     ) {
-        let Some(clock) = self.clock.take() else {
-            self.counters.nanoseconds += begun.clock.elapsed();
-            return;
-        };
-        // What followed the last step is next to nothing, and not worth another look at the clock.
-        let nanoseconds = clock.lapped();
+        let now = Instant::now();
+        let nanoseconds = nanoseconds(now - begun.start);
         self.counters.nanoseconds += nanoseconds;
+        if !self.is_detailed {
+            return;
+        }
+        if let Some(mut clock) = self.clock.take() {
+            clock.lap(self.detail(), Step::Other, now);
+        }
         let (answer, level) = outcome(&self.counters);
         let rays = self.counters.rays_cast - begun.counters.rays_cast;
         let filter_calls = self.counters.filter_calls - begun.counters.filter_calls;

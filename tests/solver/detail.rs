@@ -45,7 +45,8 @@ fn the_detail_adds_up_to_the_counters() {
         let name = strategy.name();
         let solution = solved(rough(strategy), Record::Steps, 2);
         let (counters, detail) = (solution.counters.visibility, detail(&solution));
-        assert_eq!(detail.steps.iter().sum::<u64>(), counters.nanoseconds, "{name}: time by step");
+        let timed: u64 = detail.steps.iter().sum();
+        assert!(0 < timed && timed < counters.nanoseconds, "{name}: {timed} of {} ns", counters.nanoseconds);
         let all = summed(detail.answers.into_iter());
         assert_eq!((all.rays, all.nanoseconds), (counters.rays_cast, counters.nanoseconds), "{name}");
         let of = |answer: Answer| detail.answers[answer as usize];
