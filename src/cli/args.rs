@@ -383,7 +383,7 @@ pub(super) enum ViewArg {
     Cost,
     /// Heat map: links over which each element is lit
     Links,
-    /// Heat map: class of the link of each element that cost the most
+    /// Heat map: class of the links that cost the most on each element
     Class,
     /// Heat map: share of the light that comes over partial links
     Partial,

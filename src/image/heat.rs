@@ -2,7 +2,7 @@
 
 use super::descent::handed_down;
 use crate::hierarchy::Hierarchy;
-use crate::radiosity::{Link, LinkClass, Solution};
+use crate::radiosity::{LinkClass, Solution};
 use glam::Vec3;
 use plotters::style::RGBColor;
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
@@ -26,7 +26,7 @@ pub enum Heat {
     Cost,
     /// Links over which an element is lit.
     Links,
-    /// Class of the link that cost the most.
+    /// Class of the links that cost the most.
     Class,
     /// Share of the light that comes over partial links.
     Partial,
@@ -37,7 +37,7 @@ const CLASSES: [(&str, &str, Vec3); 4] = [
     ("visible, by rays", "blue", Vec3::new(0.03, 0.15, 0.75)),
     ("visible, proved", "green", Vec3::new(0.05, 0.45, 0.10)),
     ("partly visible", "orange", Vec3::new(0.85, 0.25, 0.03)),
-    ("not tested, or no light", "grey", NOTHING),
+    ("no test: inherited, or dark", "grey", NOTHING),
 ];
 
 /// The figure of every element, and the scale of its colours.
@@ -47,9 +47,9 @@ pub struct HeatMap {
     figures: Vec<f32>,
     /// Where the colours begin and end.
     ends: [f64; 2],
-    /// Least and most of all.
+    /// Least and most of all that light reaches.
     range: [f64; 2],
-    /// Area by class, relative.
+    /// Area by class, of what light reaches.
     shares: [f64; 4],
 }
 
@@ -64,8 +64,11 @@ impl HeatMap {
             Heat::Partial => partial(hierarchy, solution),
         };
         let forest = &solution.forest;
+        // The outside of a house must not spoil the scale, either.
+        let is_lit = |&element: &usize| solution.light.irradiance[element].max_element() > 0.0;
+        let lit = forest.leaves().filter(is_lit);
         let mut by_figure: Vec<(f64, f64)> =
-            forest.leaves().map(|element| (figures[element] as f64, forest.area[element] as f64)).collect();
+            lit.map(|element| (figures[element] as f64, forest.area[element] as f64)).collect();
         let mut shares = [0.0; 4];
         if kind == Heat::Class {
             by_figure.iter().for_each(|&(class, area)| shares[class as usize] += area);
@@ -121,7 +124,9 @@ impl HeatMap {
         let what = match self.kind {
             Heat::Cost => "visibility tests, rays/m² of receiver",
             Heat::Links => "links over which an element is lit",
-            Heat::Class => "class of the link of each element that cost the most, and its share of all area",
+            Heat::Class => {
+                "class of the links that cost the most on each element, and its share of the area that light reaches"
+            }
             Heat::Partial => "share of the light that comes over partial links",
         };
         if self.kind == Heat::Class {
@@ -179,16 +184,24 @@ fn linear_from_srgb(encoded: f32) -> f32 {
     if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
+/// Area on which a node is lit, local units: a cluster on all sides of its facets.
+fn area_of_receiver(hierarchy: &Hierarchy, solution: &Solution, node: usize) -> f64 {
+    let area = match node.checked_sub(hierarchy.nodes.len()) {
+        Some(element) => solution.forest.area[element] as f64,
+        None => hierarchy.nodes[node].area as f64 * f64::from(hierarchy.sides()),
+    };
+    area.max(f64::MIN_POSITIVE)
+}
+
 /// Work by area of the receivers: that of an element, and of all it is part of.
 fn cost(hierarchy: &Hierarchy, solution: &Solution, square_meters: f64) -> Vec<f32> {
     let (clusters, forest) = (hierarchy.nodes.len(), &solution.forest);
-    // A cluster is lit on all sides of its facets.
-    let area = |node: usize| match node.checked_sub(clusters) {
-        Some(element) => forest.area[element] as f64,
-        None => hierarchy.nodes[node].area as f64 * f64::from(hierarchy.sides()),
-    };
     let own = solution.work.iter().enumerate().map(|(node, &work)| {
-        if work == 0 { 0.0 } else { work as f64 / (area(node) * square_meters).max(f64::MIN_POSITIVE) }
+        if work == 0 {
+            0.0
+        } else {
+            work as f64 / (area_of_receiver(hierarchy, solution, node) * square_meters)
+        }
     });
     let by_area = handed_down(hierarchy, forest, own.collect(), |sum: &mut f64, above| *sum += above);
     by_area[clusters.min(by_area.len())..].iter().map(|&work| work as f32).collect()
@@ -203,29 +216,33 @@ fn links(hierarchy: &Hierarchy, solution: &Solution) -> Vec<f32> {
     all[clusters..].iter().map(|&count| count as f32).collect()
 }
 
-/// The class of the link that cost the most, of an element and all it is part of; of two that cost the same, that of
-/// the element.
+/// The class whose links cost the most on an element: its own, and those of all it is part of, by area.
 fn class(hierarchy: &Hierarchy, solution: &Solution) -> Vec<f32> {
     let clusters = hierarchy.nodes.len();
     let nodes = clusters + solution.forest.len();
-    let none = (0u16, CLASSES.len() as u8 - 1);
-    let of = |link: &Link| match link.class {
-        LinkClass::Visible => (link.work, 0),
-        LinkClass::CertifiedVisible => (link.work, 1),
-        LinkClass::Partial | LinkClass::Invisible => (link.work, 2),
-        LinkClass::Untested => none,
-    };
-    let costliest = |node: usize| {
-        let classes = solution.links.of(node as u32).iter().map(of);
-        classes.reduce(|most, other| if other.0 > most.0 { other } else { most }).unwrap_or(none)
-    };
-    let own = (0..nodes).map(costliest).collect();
-    let all = handed_down(hierarchy, &solution.forest, own, |most: &mut (u16, u8), above| {
-        if above.0 > most.0 || most.1 == none.1 {
-            *most = above;
+    let by_class = |node: usize| {
+        let mut sums = [0.0f64; 3];
+        for link in solution.links.of(node as u32) {
+            let class = match link.class {
+                LinkClass::Untested => continue,
+                LinkClass::Visible => 0,
+                LinkClass::CertifiedVisible => 1,
+                LinkClass::Partial | LinkClass::Invisible => 2,
+            };
+            sums[class] += f64::from(link.work);
         }
+        let area = area_of_receiver(hierarchy, solution, node);
+        sums.map(|sum| if sum > 0.0 { sum / area } else { 0.0 })
+    };
+    let own = (0..nodes).map(by_class).collect();
+    let all = handed_down(hierarchy, &solution.forest, own, |sums: &mut [f64; 3], above| {
+        sums.iter_mut().zip(above).for_each(|(sum, above)| *sum += above);
     });
-    all[clusters..].iter().map(|&(_, class)| class as f32).collect()
+    let costliest = |sums: &[f64; 3]| {
+        let most = sums.iter().copied().fold(0.0, f64::max);
+        sums.iter().position(|&sum| sum > 0.0 && sum == most).unwrap_or(sums.len()) as f32
+    };
+    all[clusters..].iter().map(costliest).collect()
 }
 
 /// Irradiance over partial links, of all of it.
@@ -236,4 +253,110 @@ fn partial(hierarchy: &Hierarchy, solution: &Solution) -> Vec<f32> {
         if all > 0.0 { by_class[LinkClass::Partial as usize] / all } else { -1.0 }
     };
     classes[hierarchy.nodes.len()..].iter().map(share).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Silent;
+    use crate::radiosity::{Record, SolveOptions, solve};
+    use crate::scene;
+    use crate::tracer::FallbackTracer;
+    use crate::visibility::{Strategy, VisibilityOptions};
+    use std::path::Path;
+
+    fn solved() -> (Hierarchy, Solution) {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell-box/scene.toml");
+        let scene = scene::load(&path, &Default::default(), &Silent).expect("a scene of the project");
+        let hierarchy = Hierarchy::build(&scene, false, &Silent);
+        let options = SolveOptions {
+            epsilon: 5e-3,
+            contrast: 0.4,
+            min_size: None,
+            resolution: 32.0,
+            iterations: 100,
+            visibility: VisibilityOptions { strategy: Strategy::Adaptive, rays: 4, certify: false },
+            record: Record::Work,
+        };
+        let solution = solve(&hierarchy, &FallbackTracer::new(&hierarchy.mesh), &options, 1.0, &Silent);
+        (hierarchy, solution)
+    }
+
+    fn map(ends: [f64; 2]) -> HeatMap {
+        HeatMap { kind: Heat::Cost, figures: vec![0.0], ends, range: ends, shares: [0.0; 4] }
+    }
+
+    #[test]
+    fn no_cost_is_lost_on_the_way_down() {
+        let (hierarchy, solution) = solved();
+        let (cost, square_meters) = (cost(&hierarchy, &solution, 2.5), 2.5);
+        let forest = &solution.forest;
+        let handed: f64 = forest.leaves().map(|e| (cost[e] * forest.area[e]) as f64 * square_meters).sum();
+        let done = solution.work.iter().sum::<u64>() as f64;
+        assert!(done > 1000.0 && (handed / done - 1.0).abs() < 1e-3, "{handed} of {done}");
+    }
+
+    #[test]
+    fn links_are_those_of_an_element_and_of_all_it_is_part_of() {
+        let (hierarchy, solution) = solved();
+        let (links, clusters) = (links(&hierarchy, &solution), hierarchy.nodes.len() as u32);
+        let forest = &solution.forest;
+        for element in forest.leaves().step_by(37).map(|element| element as u32) {
+            let side = forest.side_of(element);
+            let mut way = vec![forest.first_element[side]];
+            while let Some(&last) = way.last().filter(|&&last| last != element) {
+                let second = forest.second[last as usize];
+                way.push(if element < second { last + 1 } else { second });
+            }
+            let leaf = hierarchy.leaf(forest.side(side).facet);
+            let nodes = way.iter().map(|e| clusters + e).chain(hierarchy.lineage(leaf));
+            let wanted: usize = nodes.map(|node| solution.links.of(node).len()).sum();
+            assert_eq!(links[element as usize], wanted as f32, "element {element}");
+        }
+    }
+
+    #[test]
+    fn shares_and_classes_are_what_they_can_be() {
+        let (hierarchy, solution) = solved();
+        let shares = partial(&hierarchy, &solution);
+        assert!(shares.iter().all(|&share| share == -1.0 || (0.0..=1.0).contains(&share)));
+        let lit = || solution.forest.leaves().map(|e| shares[e]).filter(|&share| share >= 0.0);
+        assert!(lit().any(|share| share == 0.0) && lit().any(|share| share > 0.5), "light and half-shadow");
+        let classes = class(&hierarchy, &solution);
+        assert_eq!(classes.len(), solution.forest.len());
+        let has = |class: f32| solution.forest.leaves().any(|e| classes[e] == class);
+        assert!(has(0.0) && has(2.0), "rays, clear and mixed, cost something somewhere");
+        assert!(classes.iter().all(|&class| class < CLASSES.len() as f32));
+    }
+
+    #[test]
+    fn wide_scales_are_logarithmic_and_narrow_ones_are_not() {
+        let (wide, narrow) = (map([1.0, 1e4]), map([100.0, 200.0]));
+        assert!((wide.place(100.0) - 0.5).abs() < 1e-9 && (narrow.place(150.0) - 0.5).abs() < 1e-9);
+        for map in [&wide, &narrow] {
+            assert_eq!((map.place(0.0), map.place(1e9)), (0.0, 1.0));
+            for place in [0.0, 0.25, 1.0] {
+                assert!((map.place(map.figure_at(place)) - place).abs() < 1e-9);
+            }
+        }
+        assert!(wide.legend().contains("logarithmic") && narrow.legend().contains("linear"));
+        assert_eq!(map([7.0, 7.0]).place(7.0), 0.5);
+        assert!(map([0.0, 0.0]).place(0.0).is_finite());
+    }
+
+    #[test]
+    fn colours_run_from_dark_violet_to_yellow() {
+        let [low, high] = [viridis(0.0), viridis(1.0)];
+        assert!(low.max_element() == low.z && high.min_element() == high.z, "{low} {high}");
+        let luminance = |place: f64| viridis(place).dot(Vec3::new(0.2126, 0.7152, 0.0722));
+        let rising: Vec<f32> = (0..=20).map(|step| luminance(step as f64 / 20.0)).collect();
+        assert!(rising.windows(2).all(|pair| pair[0] < pair[1]), "{rising:?}");
+    }
+
+    #[test]
+    fn the_ends_leave_out_slivers() {
+        let figures = [(0.001, 0.2), (1.0, 49.0), (2.0, 50.0), (900.0, 0.8)];
+        assert_eq!((quantile(&figures, BEYOND), quantile(&figures, 1.0 - BEYOND)), (1.0, 2.0));
+        assert_eq!(quantile(&[], 0.5), 0.0);
+    }
 }

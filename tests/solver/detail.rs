@@ -87,3 +87,21 @@ fn the_detail_changes_nothing_and_no_thread_changes_it() {
         assert_eq!(without_clock(detail(&one)), without_clock(detail(&three)), "{}", strategy.name());
     }
 }
+
+#[test]
+fn the_work_by_receiver_is_all_work_and_no_thread_changes_it() {
+    for strategy in [Strategy::Adaptive, Strategy::Shaft, Strategy::Sampled] {
+        let name = strategy.name();
+        let [one, three] = [1, 3].map(|threads| solved(rough(strategy), Record::Work, threads));
+        assert_eq!(one.work, three.work, "{name}");
+        let counters = one.counters.visibility;
+        let done = one.work.iter().sum::<u64>();
+        let least = counters.rays_cast + 8 * counters.shafts_built + counters.nodes_tested / 16;
+        let most = least + counters.shafts_built;
+        assert!((least..=most).contains(&done), "{name}: {done}, not {least} to {most}");
+        let stored: u64 = one.links.links.iter().map(|link| u64::from(link.work)).sum();
+        assert!(0 < stored && stored <= done, "{name}: {stored} of {done} for links that are left");
+        let without = solved(rough(strategy), Record::Nothing, 2);
+        assert!(without.work.is_empty() && without.links.links == one.links.links, "{name}");
+    }
+}
