@@ -191,6 +191,9 @@ pub(super) struct ProfileArgs {
     /// Plot of error over time to write as SVG
     #[arg(long, value_name = "FILE")]
     pub(super) plot: Option<PathBuf>,
+    /// Trace to write: phases and what each thread did when, as JSON for chrome://tracing or ui.perfetto.dev
+    #[arg(long, value_name = "FILE")]
+    pub(super) trace: Option<PathBuf>,
 
     #[command(flatten)]
     pub(super) exactness: ExactnessArgs,

@@ -88,6 +88,7 @@ pub(super) struct ProfileConfig {
     pub(super) samples: u32,
     pub(super) output: Option<PathBuf>,
     pub(super) plot: Option<PathBuf>,
+    pub(super) trace: Option<PathBuf>,
 }
 
 /// Everything a check needs to know.
@@ -343,7 +344,8 @@ impl ProfileConfig {
     pub(super) fn check(typed: ProfileArgs) -> Result<Self, CliError> {
         check_extension("--output", typed.output.as_deref(), "json")?;
         check_extension("--plot", typed.plot.as_deref(), "svg")?;
-        let outputs = [typed.output.as_ref(), typed.plot.as_ref()];
+        check_extension("--trace", typed.trace.as_deref(), "json")?;
+        let outputs = [typed.output.as_ref(), typed.plot.as_ref(), typed.trace.as_ref()];
         let inputs = [Some(&typed.scene), typed.points.as_ref(), typed.reference.as_ref()];
         check_distinct(&[&inputs[..], &outputs[..]].concat())?;
         if typed.exactness.certify && typed.strategies.contains(&VisibilityArg::Sampled) {
@@ -381,6 +383,7 @@ impl ProfileConfig {
             samples: typed.samples,
             output: typed.output,
             plot: typed.plot,
+            trace: typed.trace,
         })
     }
 }

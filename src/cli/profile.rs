@@ -12,6 +12,7 @@ use crate::progress::{Both, Progress, Silent, Span, Timeline};
 use crate::radiosity::{self, Solution, VisibilityError};
 use crate::report::detail::RunDetail;
 use crate::report::profile::{Profile, ProfiledRun, Spread};
+use crate::report::trace::{self, Stage};
 use crate::report::{json, memory, plot};
 use crate::tracer::Tracer;
 use crate::visibility::Strategy;
@@ -36,7 +37,8 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
         Some((points, reference)) => Some(Target::read(points, reference)?),
         None => None,
     };
-    let timeline = Timeline::new(0);
+    // Who worked when is kept for the trace only.
+    let timeline = Timeline::new(config.trace.as_ref().map_or(0, |_| rayon::current_num_threads()));
     let both = Both(progress, &timeline);
     let loaded = Loaded::load(&config.run, &both)?;
     let hierarchy = Hierarchy::build(&loaded.scene, config.run.solve.one_sided, &both);
@@ -54,17 +56,19 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
         .collect();
     progress.start("profile", kinds.len() as u64 * u64::from(config.repeats));
     let mut timed: Vec<Timed> = vec![Timed::default(); kinds.len()];
-    let mut runs = Vec::new();
+    let (mut runs, mut stages) = (Vec::new(), Vec::new());
     for repeat in 0..config.repeats {
         for (&(tracer, settings), timed) in kinds.iter().zip(&mut timed) {
             let begun = timeline.now();
             let phases_before = timeline.phases().len();
             let solution = bench.solve(tracer, settings, timed);
+            stages.push(Stage { name: named(tracer, settings), start: begun, end: timeline.now() });
             // What does not depend on the clock is the same every time.
             if repeat == 0 {
-                let (phases, total) = (&timeline.phases()[phases_before..], timeline.now() - begun);
-                let detail = bench.detail(&solution, phases, total);
+                let (phases, ended) = (&timeline.phases()[phases_before..], timeline.now());
+                let detail = bench.detail(&solution, phases, ended - begun);
                 runs.push(ProfiledRun { detail, ..bench.judge(tracer, settings, &solution) });
+                stages.push(Stage { name: "errors".to_owned(), start: ended, end: timeline.now() });
             }
             progress.advance(1);
         }
@@ -88,10 +92,18 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
     if let Some(path) = &config.output {
         json::write_json(path, &found)?;
     }
+    if let Some(path) = &config.trace {
+        trace::write_trace(path, &timeline, &stages)?;
+    }
     if let Some(path) = &config.plot {
         plot::write_profile(path, &found)?;
     }
     Ok(())
+}
+
+/// A run, as the trace calls it.
+fn named(tracer: &dyn Tracer, settings: &SolveConfig) -> String {
+    format!("{}, {}, {} rays", Strategy::from(settings.strategy).name(), tracer.name(), settings.rays)
 }
 
 /// What was measured of one run, over all repeats.

@@ -321,7 +321,7 @@ mod tests {
         let shares = partial(&hierarchy, &solution);
         assert!(shares.iter().all(|&share| share == -1.0 || (0.0..=1.0).contains(&share)));
         let lit = || solution.forest.leaves().map(|e| shares[e]).filter(|&share| share >= 0.0);
-        assert!(lit().any(|share| share == 0.0) && lit().any(|share| share > 0.5), "light and half-shadow");
+        assert!(lit().any(|share| share < 0.2) && lit().any(|share| share > 0.5), "light and half-shadow");
         let classes = class(&hierarchy, &solution);
         assert_eq!(classes.len(), solution.forest.len());
         let has = |class: f32| solution.forest.leaves().any(|e| classes[e] == class);

@@ -119,7 +119,7 @@ impl RunDetail {
 
     /// For people: what settled pairs, their sizes, histograms.
     pub(super) fn text(&self) -> String {
-        let tested: f64 = self.steps.iter().map(|step| step.seconds).sum();
+        let tested: f64 = self.answers.iter().map(|row| row.seconds).sum();
         let share = |part: f64| format!("{:.1}", 100.0 * part / tested.max(f64::MIN_POSITIVE));
         let millions = |count: u64| format!("{:.3}", count as f64 * 1e-6);
         let heads = ["class", "settled by", "pairs", "rays (M)", "rays/pair", "µs/pair", "visibility (%)"];
@@ -293,10 +293,11 @@ mod tests {
         let row = text.lines().find(|line| line.contains("rays clear")).expect("a row");
         assert_eq!(
             row.split_whitespace().collect::<Vec<_>>(),
-            ["visible", "rays", "clear", "3", "0.000", "16.00", "3.00", "0.0"]
+            ["visible", "rays", "clear", "3", "0.000", "16.00", "3.00", "100.0"]
         );
         assert!(!text.contains("rays blocked"), "there are none: {text}");
-        let level = text.lines().find(|line| line.trim_start().starts_with("2  2.000")).expect("a row");
+        let level =
+            text.lines().find(|line| line.split_whitespace().take(2).eq(["2", "2.000"])).expect("a row");
         assert_eq!(level.split_whitespace().nth(2), Some("3"), "{level}");
         assert!(
             text.lines().any(|line| line.contains("16 to 31") && line.ends_with(&"#".repeat(40))),

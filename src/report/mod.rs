@@ -12,3 +12,4 @@ pub mod profile;
 pub mod stats;
 pub mod table;
 mod text;
+pub mod trace;
