@@ -4,7 +4,7 @@
 //! seconds are those that the thread was given by the processor, where the system tells (Linux), so that others who
 //! work on the machine do not count in full.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use lightshaft::hierarchy::Hierarchy;
@@ -35,7 +35,7 @@ fn tracer(hierarchy: &Hierarchy) -> Box<dyn Tracer> {
     }
 }
 
-fn measure(path: &PathBuf) {
+fn measure(path: &Path) {
     let scene = scene::load(path, &scene::LoadOptions::default(), &Silent).expect("a scene");
     let hierarchy = Hierarchy::build(&scene, false, &Silent);
     let tracer = tracer(&hierarchy);
@@ -76,5 +76,5 @@ fn main() {
         ["cornell-box", "paper-2"].map(|name| scenes.join(name).join("scene.toml")).to_vec()
     };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
-    pool.install(|| if named.is_empty() { own() } else { named }.iter().for_each(measure));
+    pool.install(|| if named.is_empty() { own() } else { named }.iter().for_each(|path| measure(path)));
 }
