@@ -11,7 +11,7 @@ use glam::DVec3;
 use lightshaft::hierarchy::{Hierarchy, TOLERANCE};
 use lightshaft::math::{Aabb, Clip, MAX_VERTICES, PairSequence, Plane, Polygon};
 use lightshaft::progress::Silent;
-use lightshaft::radiosity::{self, PolygonSource, Solution, SolveOptions};
+use lightshaft::radiosity::{self, PolygonSource, Record, Solution, SolveOptions};
 use lightshaft::scene::{self, OfficeOptions, Scene, generate_office};
 use lightshaft::shaft::{End, Shaft, blocks_all, blocks_together, large_facets_on};
 use lightshaft::tracer::embree::{EmbreeLibrary, EmbreeOptions, EmbreeTracer};
@@ -100,6 +100,7 @@ impl Office {
             resolution: 48.0,
             iterations: 20,
             visibility: VisibilityOptions { strategy: Strategy::Adaptive, rays: 4, certify: false },
+            record: Record::Nothing,
         };
         let square_meters = self.hierarchy.square_meters_per_unit(self.scene.meters_per_unit);
         radiosity::solve(&self.hierarchy, tracer, &options, square_meters, &Silent)

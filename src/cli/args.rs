@@ -191,6 +191,9 @@ pub(super) struct ProfileArgs {
     /// Plot of error over time to write as SVG
     #[arg(long, value_name = "FILE")]
     pub(super) plot: Option<PathBuf>,
+    /// Trace to write: phases and what each thread did when, as JSON for chrome://tracing or ui.perfetto.dev
+    #[arg(long, value_name = "FILE")]
+    pub(super) trace: Option<PathBuf>,
 
     #[command(flatten)]
     pub(super) exactness: ExactnessArgs,
@@ -379,6 +382,14 @@ pub(super) enum ViewArg {
     Shaded,
     /// Element edges, coloured by the visibility classes of the links
     Mesh,
+    /// Heat map: work of visibility tests, by area
+    Cost,
+    /// Heat map: links over which each element is lit
+    Links,
+    /// Heat map: class of the links that cost the most on each element
+    Class,
+    /// Heat map: share of the light that comes over partial links
+    Partial,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -120,7 +120,7 @@ fn write_pictures(places: &Pictures, [native, other]: &[Picture; 2]) -> Result<(
     let exposure = Exposure::Automatic.multiplier(native);
     let difference = difference_picture([native, other], GAIN);
     for (path, picture) in places.files.iter().zip([native, other, &difference]) {
-        write_picture(path, picture, exposure)?;
+        write_picture(path, picture, Some(exposure))?;
     }
     Ok(())
 }
@@ -189,7 +189,7 @@ mod tests {
     use super::super::errors::ExitKind;
     use super::*;
     use crate::progress::Silent;
-    use crate::radiosity::SolveOptions;
+    use crate::radiosity::{Record, SolveOptions};
     use crate::scene;
     use crate::tracer::{Candidates, FallbackTracer, FilterAudit, Hit, Interval, NO_FACET, Ray, Segment};
     use crate::visibility::{Strategy, VisibilityOptions};
@@ -243,6 +243,7 @@ mod tests {
                 resolution: 16.0,
                 iterations: 200,
                 visibility: VisibilityOptions { strategy: Strategy::Adaptive, rays: 4, certify: false },
+                record: Record::Nothing,
             },
             rays: 2000,
             repeats: 1,

@@ -13,6 +13,7 @@ use super::args::{
 use super::errors::CliError;
 use crate::image::tone::Exposure;
 use crate::image::write::PictureFormat;
+use crate::radiosity::Record;
 
 /// Everything that is needed to solve a scene, whatever is then done with the solution.
 #[derive(Clone, Debug)]
@@ -87,6 +88,7 @@ pub(super) struct ProfileConfig {
     pub(super) samples: u32,
     pub(super) output: Option<PathBuf>,
     pub(super) plot: Option<PathBuf>,
+    pub(super) trace: Option<PathBuf>,
 }
 
 /// Everything a check needs to know.
@@ -129,6 +131,8 @@ pub(super) struct SolveConfig {
     pub(super) strategy: VisibilityArg,
     pub(super) certify: bool,
     pub(super) one_sided: bool,
+    /// What is kept of the way there.
+    pub(super) record: Record,
 }
 
 /// What `--quality` stands for; each value can be overridden by its own option.
@@ -187,6 +191,7 @@ impl SolveConfig {
             strategy,
             certify: typed.certify,
             one_sided: typed.one_sided,
+            record: Record::Nothing,
         }
     }
 }
@@ -240,12 +245,18 @@ impl RenderConfig {
         if format == PictureFormat::Exr && typed.exposure.is_some() {
             return usage("--exposure has no use with .exr, which holds radiance as it is");
         }
+        if typed.exposure.is_some() && !matches!(typed.view, ViewArg::Shaded | ViewArg::Mesh) {
+            return usage("--exposure has no use with a heat map, whose colours have a legend");
+        }
         check_distinct(&[Some(&typed.scene), Some(&typed.output), typed.stats.as_ref()])?;
         check_extension("--stats", typed.stats.as_deref(), "json")?;
         let preset = Preset::of(typed.solution.exactness.quality);
         let view = ViewConfig::of(typed.picture, &preset, checked_exposure(typed.exposure)?, typed.view);
         let outputs = [Some(&typed.output), typed.stats.as_ref()].into_iter().flatten().cloned().collect();
-        let run = RunConfig::check(typed.scene, outputs, typed.solution, typed.machine, typed.quiet)?;
+        let mut run = RunConfig::check(typed.scene, outputs, typed.solution, typed.machine, typed.quiet)?;
+        if typed.view == ViewArg::Cost {
+            run.solve.record = Record::Work;
+        }
         Ok(Self { run, output: typed.output, format, stats: typed.stats, view })
     }
 }
@@ -333,7 +344,8 @@ impl ProfileConfig {
     pub(super) fn check(typed: ProfileArgs) -> Result<Self, CliError> {
         check_extension("--output", typed.output.as_deref(), "json")?;
         check_extension("--plot", typed.plot.as_deref(), "svg")?;
-        let outputs = [typed.output.as_ref(), typed.plot.as_ref()];
+        check_extension("--trace", typed.trace.as_deref(), "json")?;
+        let outputs = [typed.output.as_ref(), typed.plot.as_ref(), typed.trace.as_ref()];
         let inputs = [Some(&typed.scene), typed.points.as_ref(), typed.reference.as_ref()];
         check_distinct(&[&inputs[..], &outputs[..]].concat())?;
         if typed.exactness.certify && typed.strategies.contains(&VisibilityArg::Sampled) {
@@ -345,7 +357,10 @@ impl ProfileConfig {
             .strategies
             .iter()
             .flat_map(|&strategy| rays.iter().map(move |&rays| (strategy, rays)))
-            .map(|(strategy, rays)| SolveConfig::with(&typed.exactness, &preset, Some(rays), strategy))
+            .map(|(strategy, rays)| SolveConfig {
+                record: Record::Steps,
+                ..SolveConfig::with(&typed.exactness, &preset, Some(rays), strategy)
+            })
             .collect();
         let Some(first) = settings.first().cloned() else { return usage("--strategies is empty") };
         // Embree is looked for as the most demanding of the tracers wants it.
@@ -368,6 +383,7 @@ impl ProfileConfig {
             samples: typed.samples,
             output: typed.output,
             plot: typed.plot,
+            trace: typed.trace,
         })
     }
 }
@@ -483,6 +499,7 @@ mod tests {
             (&["a.png", "--tracer", "fallback", "--embree-lib", "x.so"], "--embree-lib"),
             (&["a.exr", "--exposure", "2"], "--exposure"),
             (&["a.png", "--exposure", "1e300"], "--exposure"),
+            (&["a.png", "--exposure", "2", "--view", "cost"], "--exposure"),
             (&["a.png", "--stats", "a.png"], "a.png"),
             (&["a.png", "--stats", "./a.png"], "a.png"),
             (&["a.png", "--stats", "a.toml"], "a.toml"),

@@ -8,13 +8,15 @@ use super::solved::{Loaded, in_pool, link_stats, solve_options};
 use crate::gather::Gatherer;
 use crate::hierarchy::Hierarchy;
 use crate::image::write::check_destination;
-use crate::progress::{Progress, Silent};
+use crate::progress::{Both, Progress, Silent, Span, Timeline};
 use crate::radiosity::{self, Solution, VisibilityError};
+use crate::report::detail::RunDetail;
 use crate::report::profile::{Profile, ProfiledRun, Spread};
+use crate::report::trace::{self, Stage};
 use crate::report::{json, memory, plot};
 use crate::tracer::Tracer;
 use crate::visibility::Strategy;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// What the ratios are to, when it is among the runs: classic radiosity with this many rays.
 const YARDSTICK_RAYS: u32 = 16;
@@ -35,14 +37,18 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
         Some((points, reference)) => Some(Target::read(points, reference)?),
         None => None,
     };
-    let loaded = Loaded::load(&config.run, progress)?;
-    let hierarchy = Hierarchy::build(&loaded.scene, config.run.solve.one_sided, progress);
-    progress.start("build", 0);
+    // Who worked when is kept for the trace only.
+    let timeline = Timeline::new(config.trace.as_ref().map_or(0, |_| rayon::current_num_threads()));
+    let both = Both(progress, &timeline);
+    let loaded = Loaded::load(&config.run, &both)?;
+    let hierarchy = Hierarchy::build(&loaded.scene, config.run.solve.one_sided, &both);
+    both.start("build", 0);
     let tracers = config.tracers.iter().map(|&kind| loaded.tracer(&config.run, kind, &hierarchy));
     let tracers = tracers.collect::<Result<Vec<_>, _>>();
-    progress.finish();
+    both.finish();
     let tracers = tracers?;
-    let bench = Bench { config, loaded: &loaded, hierarchy: &hierarchy, target: target.as_ref() };
+    let target = target.as_ref();
+    let bench = Bench { config, loaded: &loaded, hierarchy: &hierarchy, target, timeline: &timeline };
 
     let kinds: Vec<(&dyn Tracer, &SolveConfig)> = tracers
         .iter()
@@ -50,13 +56,19 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
         .collect();
     progress.start("profile", kinds.len() as u64 * u64::from(config.repeats));
     let mut timed: Vec<Timed> = vec![Timed::default(); kinds.len()];
-    let mut runs = Vec::new();
+    let (mut runs, mut stages) = (Vec::new(), Vec::new());
     for repeat in 0..config.repeats {
         for (&(tracer, settings), timed) in kinds.iter().zip(&mut timed) {
+            let begun = timeline.now();
+            let phases_before = timeline.phases().len();
             let solution = bench.solve(tracer, settings, timed);
+            stages.push(Stage { name: named(tracer, settings), start: begun, end: timeline.now() });
             // What does not depend on the clock is the same every time.
             if repeat == 0 {
-                runs.push(bench.judge(tracer, settings, &solution));
+                let (phases, ended) = (&timeline.phases()[phases_before..], timeline.now());
+                let detail = bench.detail(&solution, phases, ended - begun);
+                runs.push(ProfiledRun { detail, ..bench.judge(tracer, settings, &solution) });
+                stages.push(Stage { name: "errors".to_owned(), start: ended, end: timeline.now() });
             }
             progress.advance(1);
         }
@@ -80,10 +92,18 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
     if let Some(path) = &config.output {
         json::write_json(path, &found)?;
     }
+    if let Some(path) = &config.trace {
+        trace::write_trace(path, &timeline, &stages)?;
+    }
     if let Some(path) = &config.plot {
         plot::write_profile(path, &found)?;
     }
     Ok(())
+}
+
+/// A run, as the trace calls it.
+fn named(tracer: &dyn Tracer, settings: &SolveConfig) -> String {
+    format!("{}, {}, {} rays", Strategy::from(settings.strategy).name(), tracer.name(), settings.rays)
 }
 
 /// What was measured of one run, over all repeats.
@@ -100,6 +120,7 @@ struct Bench<'a> {
     loaded: &'a Loaded,
     hierarchy: &'a Hierarchy,
     target: Option<&'a Target>,
+    timeline: &'a Timeline,
 }
 
 impl Bench<'_> {
@@ -107,15 +128,23 @@ impl Bench<'_> {
         memory::restart_peak();
         let start = Instant::now();
         let square_meters = self.hierarchy.square_meters_per_unit(self.loaded.scene.meters_per_unit);
-        let solution =
-            radiosity::solve(self.hierarchy, tracer, &solve_options(settings), square_meters, &Silent);
+        let options = solve_options(settings);
+        let solution = radiosity::solve(self.hierarchy, tracer, &options, square_meters, self.timeline);
         timed.total.push(start.elapsed().as_secs_f64());
         timed.visibility.push(solution.counters.visibility.nanoseconds as f64 * 1e-9);
         timed.peak_rss_bytes = timed.peak_rss_bytes.max(memory::peak_rss_bytes());
         solution
     }
 
-    /// All but the times.
+    /// Where the work went.
+    fn detail(&self, solution: &Solution, phases: &[Span], total: Duration) -> RunDetail {
+        let radius = self.hierarchy.nodes[0].bounds.radius() * self.hierarchy.frame.scene_units_per_local();
+        let counters = &solution.counters;
+        let detail = counters.detail.as_deref().cloned().unwrap_or_default();
+        RunDetail::new(&detail, &counters.visibility, radius, phases, total)
+    }
+
+    /// All but the times, and where the work went.
     fn judge(&self, tracer: &dyn Tracer, settings: &SolveConfig, solution: &Solution) -> ProfiledRun {
         let (visibility, links) = (&solution.counters.visibility, link_stats(solution));
         let strategy = Strategy::from(settings.strategy);

@@ -9,7 +9,7 @@ use super::solved::{Loaded, Solved, in_pool};
 use crate::image::picture::Picture;
 use crate::image::tone::Exposure;
 use crate::image::write::{PictureFormat, check_destination, check_output, write_picture};
-use crate::image::{self, RenderOptions, View};
+use crate::image::{self, Heat, HeatMap, RenderOptions, View};
 use crate::progress::Progress;
 use crate::report::{json, memory, table};
 
@@ -32,27 +32,36 @@ fn run_in_pool(config: &RenderConfig, progress: &dyn Progress) -> Result<(), Cli
     let Solved { scene, hierarchy, tracer, solution, mut stats, mut clock } =
         loaded.solve(&config.run, progress)?;
 
-    let render_options = RenderOptions {
-        samples: config.view.samples,
-        view: match config.view.kind {
-            ViewArg::Shaded => View::Shaded,
-            ViewArg::Mesh => View::Mesh,
-        },
+    let samples = config.view.samples;
+    let (picture, map) = match looked_at(config.view.kind) {
+        LookedAt::View(view) => {
+            let options = RenderOptions { samples, view };
+            (image::render(&hierarchy, tracer.as_ref(), &solution, &camera, options, progress), None)
+        }
+        LookedAt::Heat(heat) => {
+            let square_meters = hierarchy.square_meters_per_unit(scene.meters_per_unit);
+            let map = HeatMap::new(&hierarchy, &solution, square_meters, heat);
+            let shown = (&map, samples);
+            (image::render_heat(&hierarchy, tracer.as_ref(), &solution, &camera, shown, progress), Some(map))
+        }
     };
-    let picture = image::render(&hierarchy, tracer.as_ref(), &solution, &camera, render_options, progress);
     if !config.run.quiet && picture.pixels.iter().all(|&pixel| pixel == [0.0; 3]) {
         console::warning(&format!(
             "the picture is black: camera '{}' sees nothing that is lit; check its eye and target",
             camera.name
         ));
     }
-    write_shown(config, &picture)?;
+    match &map {
+        Some(_) => write_picture(&config.output, &picture, None)?,
+        None => write_shown(config, &picture)?,
+    }
     stats.seconds.render = clock.lap();
     stats.seconds.total = clock.total();
     stats.memory.peak_rss_bytes = memory::peak_rss_bytes();
 
     if !config.run.quiet {
         console::note(&table::table(&[(scene.name.as_str(), &stats)]));
+        map.iter().for_each(|map| console::note(&map.legend()));
     }
     if let Some(path) = &config.stats {
         json::write_json(path, &stats)?;
@@ -60,10 +69,27 @@ fn run_in_pool(config: &RenderConfig, progress: &dyn Progress) -> Result<(), Cli
     Ok(())
 }
 
+/// What a picture can show.
+enum LookedAt {
+    View(View),
+    Heat(Heat),
+}
+
+fn looked_at(view: ViewArg) -> LookedAt {
+    match view {
+        ViewArg::Shaded => LookedAt::View(View::Shaded),
+        ViewArg::Mesh => LookedAt::View(View::Mesh),
+        ViewArg::Cost => LookedAt::Heat(Heat::Cost),
+        ViewArg::Links => LookedAt::Heat(Heat::Links),
+        ViewArg::Class => LookedAt::Heat(Heat::Class),
+        ViewArg::Partial => LookedAt::Heat(Heat::Partial),
+    }
+}
+
 /// Exposes and writes the picture, and says which exposure was chosen.
 fn write_shown(config: &RenderConfig, picture: &Picture) -> Result<(), CliError> {
     let exposure = config.view.exposure.multiplier(picture);
-    write_picture(&config.output, picture, exposure)?;
+    write_picture(&config.output, picture, Some(exposure))?;
     let is_chosen = config.view.exposure == Exposure::Automatic && config.format == PictureFormat::Png;
     if is_chosen && !config.run.quiet {
         console::note(&format!(

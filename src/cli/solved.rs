@@ -212,6 +212,7 @@ pub(super) fn solve_options(config: &SolveConfig) -> SolveOptions {
             rays: config.rays,
             certify: config.certify,
         },
+        record: config.record,
     }
 }
 

@@ -151,7 +151,7 @@ impl Sums {
 mod tests {
     use super::*;
     use crate::progress::Silent;
-    use crate::radiosity::{SolveOptions, solve};
+    use crate::radiosity::{Record, SolveOptions, solve};
     use crate::scene;
     use crate::tracer::FallbackTracer;
     use crate::visibility::{Strategy, VisibilityOptions};
@@ -166,7 +166,15 @@ mod tests {
     fn solution(hierarchy: &Hierarchy, epsilon: f64) -> Solution {
         let visibility = VisibilityOptions { strategy: Strategy::Adaptive, rays: 4, certify: false };
         let (contrast, min_size, resolution, iterations) = (0.8, None, 32.0, 200);
-        let options = SolveOptions { epsilon, contrast, min_size, resolution, iterations, visibility };
+        let options = SolveOptions {
+            epsilon,
+            contrast,
+            min_size,
+            resolution,
+            iterations,
+            visibility,
+            record: Record::Nothing,
+        };
         solve(hierarchy, &FallbackTracer::new(&hierarchy.mesh), &options, 1.0, &Silent)
     }
 

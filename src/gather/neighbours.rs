@@ -214,7 +214,7 @@ impl Candidate<'_> {
 mod tests {
     use super::*;
     use crate::progress::Silent;
-    use crate::radiosity::{self, SolveOptions};
+    use crate::radiosity::{self, Record, SolveOptions};
     use crate::scene::{ImportCounts, Material, Scene, Triangle};
     use crate::tracer::FallbackTracer;
     use crate::visibility::{Strategy, VisibilityOptions};
@@ -261,6 +261,7 @@ mod tests {
             resolution: 48.0,
             iterations: 3,
             visibility: VisibilityOptions { strategy: Strategy::Adaptive, rays: 4, certify: false },
+            record: Record::Nothing,
         };
         let tracer = FallbackTracer::new(&hierarchy.mesh);
         let solution = radiosity::solve(&hierarchy, &tracer, &options, 1.0, &Silent);

@@ -1,5 +1,6 @@
 //! The picture of the mesh: element edges, and colours for the classes of links.
 
+use super::descent::handed_down;
 use crate::gather::Spot;
 use crate::hierarchy::Hierarchy;
 use crate::radiosity::Solution;
@@ -25,32 +26,7 @@ pub(super) struct MeshView<'a> {
 
 impl<'a> MeshView<'a> {
     pub(super) fn new(hierarchy: &'a Hierarchy, solution: &Solution) -> MeshView<'a> {
-        let clusters = hierarchy.nodes.len();
-        let forest = &solution.forest;
-        let mut classes: Vec<[f32; 4]> =
-            (0..clusters + forest.len()).map(|n| solution.irradiance_by_class(hierarchy, n as u32)).collect();
-        let pass_down = |classes: &mut Vec<[f32; 4]>, from: usize, to: usize| {
-            let above = classes[from];
-            classes[to].iter_mut().zip(above).for_each(|(c, a)| *c += a);
-        };
-        for (index, node) in hierarchy.nodes.iter().enumerate() {
-            if node.is_leaf() {
-                for side in forest.sides_of(node.first) {
-                    pass_down(&mut classes, index, clusters + forest.first_element[side] as usize);
-                }
-            } else {
-                for child in node.children(index as u32) {
-                    pass_down(&mut classes, index, child as usize);
-                }
-            }
-        }
-        for element in 0..forest.len() {
-            let second = forest.second[element] as usize;
-            if second != 0 {
-                pass_down(&mut classes, clusters + element, clusters + element + 1);
-                pass_down(&mut classes, clusters + element, clusters + second);
-            }
-        }
+        let (forest, classes) = (&solution.forest, light_by_class(hierarchy, solution));
         let mean =
             solution.light.irradiance.iter().map(|e| e.max_element()).sum::<f32>() / forest.len() as f32;
         MeshView { hierarchy, classes, white: mean.max(f32::MIN_POSITIVE) }
@@ -65,11 +41,26 @@ impl<'a> MeshView<'a> {
         } else {
             CLASS_COLORS[0] * 0.3
         };
-        let normal = spot.polygon.area_vector().normalize_or_zero();
-        let to_edge = -spot.polygon.outside_distance(point, normal);
-        let ink = (1.0 - to_edge.abs() as f32 / (0.7 * pixel)).clamp(0.0, 1.0) * 0.8;
+        let ink = 0.8 * edge(spot, point, pixel);
         let brightness = 0.35
             + 0.65 * (solution.light.irradiance[spot.element as usize].max_element() / self.white).min(1.0);
         color * brightness * (1.0 - ink)
     }
+}
+
+/// For each node, by its id as links have it, the irradiance that it and the nodes above it receive over links of each
+/// class.
+pub(super) fn light_by_class(hierarchy: &Hierarchy, solution: &Solution) -> Vec<[f32; 4]> {
+    let nodes = hierarchy.nodes.len() + solution.forest.len();
+    let own = (0..nodes).map(|node| solution.irradiance_by_class(hierarchy, node as u32)).collect();
+    handed_down(hierarchy, &solution.forest, own, |sum: &mut [f32; 4], above| {
+        sum.iter_mut().zip(above).for_each(|(sum, above)| *sum += above);
+    })
+}
+
+/// 1 on an edge of an element, 0 a pixel away from it.
+pub(super) fn edge(spot: &Spot, point: DVec3, pixel: f32) -> f32 {
+    let normal = spot.polygon.area_vector().normalize_or_zero();
+    let to_edge = -spot.polygon.outside_distance(point, normal);
+    (1.0 - to_edge.abs() as f32 / (0.7 * pixel)).clamp(0.0, 1.0)
 }

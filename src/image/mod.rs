@@ -1,10 +1,13 @@
 //! Views of a solution: the picture, its tone mapping and its files.
 
 mod camera;
+mod descent;
+mod heat;
 mod mesh_view;
 pub mod picture;
 mod render;
 pub mod tone;
 pub mod write;
 
-pub use render::{RenderOptions, View, render};
+pub use heat::{Heat, HeatMap};
+pub use render::{RenderOptions, View, render, render_heat};

@@ -1,7 +1,8 @@
 //! From a solution to a picture through one camera.
 
 use super::camera::Lens;
-use super::mesh_view::MeshView;
+use super::heat::HeatMap;
+use super::mesh_view::{MeshView, edge};
 use super::picture::Picture;
 use crate::gather::Reconstruction;
 use crate::hierarchy::{Hierarchy, Side};
@@ -12,6 +13,9 @@ use crate::tracer::{Hit, PACKET, Ray, Tracer};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::f32::consts::PI;
+
+/// Elements of a heat map that are this many pixels large have their edges drawn in full.
+const EDGED: f32 = 24.0;
 
 /// Rows handed to a thread at a time.
 const BAND: usize = 4;
@@ -44,16 +48,42 @@ pub fn render(
     options: RenderOptions,
     progress: &dyn Progress,
 ) -> Picture {
+    let look = match options.view {
+        View::Shaded => Look::Shaded,
+        View::Mesh => Look::Mesh(MeshView::new(hierarchy, solution)),
+    };
+    rendered(hierarchy, tracer, solution, camera, (look, options.samples), progress)
+}
+
+/// Renders the colours of a heat map, linear, from 0 to 1, with `samples` rays per pixel; black where nothing is hit.
+pub fn render_heat(
+    hierarchy: &Hierarchy,
+    tracer: &dyn Tracer,
+    solution: &Solution,
+    camera: &Camera,
+    (map, samples): (&HeatMap, u32),
+    progress: &dyn Progress,
+) -> Picture {
+    rendered(hierarchy, tracer, solution, camera, (Look::Heat(map), samples), progress)
+}
+
+fn rendered(
+    hierarchy: &Hierarchy,
+    tracer: &dyn Tracer,
+    solution: &Solution,
+    camera: &Camera,
+    (look, samples): (Look<'_>, u32),
+    progress: &dyn Progress,
+) -> Picture {
     let lens = Lens::new(camera, &hierarchy.frame);
     let surfaces = Reconstruction::new(hierarchy, solution);
-    let mesh = (options.view == View::Mesh).then(|| MeshView::new(hierarchy, solution));
     let (width, height) = (camera.width as usize, camera.height as usize);
-    let shader = Shader { hierarchy, solution, surfaces, mesh, pixel_angle: lens.pixel_angle() };
+    let shader = Shader { hierarchy, solution, surfaces, look, pixel_angle: lens.pixel_angle() };
     let mut pixels = vec![[0.0f32; 3]; width * height];
     progress.start("render", height as u64);
     pixels.par_chunks_mut(width * BAND).enumerate().for_each(|(band, rows)| {
         for (row, line) in rows.chunks_mut(width).enumerate() {
-            shader.line(tracer, &lens, band * BAND + row, options.samples.max(1), line);
+            shader.line(tracer, &lens, band * BAND + row, samples.max(1), line);
             progress.advance(1);
         }
     });
@@ -65,8 +95,15 @@ struct Shader<'a> {
     hierarchy: &'a Hierarchy,
     solution: &'a Solution,
     surfaces: Reconstruction<'a>,
-    mesh: Option<MeshView<'a>>,
+    look: Look<'a>,
     pixel_angle: f32,
+}
+
+/// What a surface is shown as.
+enum Look<'a> {
+    Shaded,
+    Mesh(MeshView<'a>),
+    Heat(&'a HeatMap),
 }
 
 impl Shader<'_> {
@@ -106,9 +143,15 @@ impl Shader<'_> {
         };
         let emitted = if back { Vec3::ZERO } else { Vec3::from(material.radiance) };
         let radiance = emitted + Vec3::from(material.reflectance) * spot.irradiance / PI;
-        match &self.mesh {
-            Some(mesh) => mesh.color(self.solution, &spot, point, hit.t * self.pixel_angle),
-            None => radiance,
+        let pixel = hit.t * self.pixel_angle;
+        match &self.look {
+            Look::Shaded => radiance,
+            Look::Mesh(mesh) => mesh.color(self.solution, &spot, point, pixel),
+            // Fainter where elements are small: colours are what it is about.
+            Look::Heat(map) => {
+                let size = spot.polygon.extent() as f32 / pixel;
+                map.color(spot.element) * (1.0 - 0.5 * (size / EDGED).min(1.0) * edge(&spot, point, pixel))
+            }
         }
     }
 }

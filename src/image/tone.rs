@@ -98,14 +98,14 @@ fn dither(x: u32, y: u32) -> f32 {
 
 /// 8-bit sRGB, three bytes a pixel, row by row from the top.
 ///
-/// `exposure` multiplies linear radiance before the tone curve. The same picture gives the same
-/// bytes on every run.
-pub fn srgb_bytes(picture: &Picture, exposure: f32) -> Vec<u8> {
+/// `exposure` multiplies linear radiance before the tone curve; without one, colours from 0 to 1 stay as they are. The
+/// same picture gives the same bytes on every run.
+pub fn srgb_bytes(picture: &Picture, exposure: Option<f32>) -> Vec<u8> {
     let width = picture.width.max(1) as usize;
     let mut bytes = Vec::with_capacity(picture.pixels.len() * 3);
     for (index, pixel) in picture.pixels.iter().enumerate() {
         let threshold = dither((index % width) as u32, (index / width) as u32);
-        let shown = tone_map(pixel.map(|c| c * exposure));
+        let shown = exposure.map_or(*pixel, |exposure| tone_map(pixel.map(|c| c * exposure)));
         bytes.extend(shown.map(|c| (srgb_from_linear(c) * 255.0 + threshold).floor().min(255.0) as u8));
     }
     bytes
@@ -197,14 +197,14 @@ mod tests {
     #[test]
     fn dither_keeps_the_mean_and_the_ends() {
         let flat = Picture { width: 64, height: 64, pixels: vec![[0.2; 3]; 64 * 64] };
-        let bytes = srgb_bytes(&flat, 1.0);
+        let bytes = srgb_bytes(&flat, Some(1.0));
         let mean = bytes.iter().map(|&b| f64::from(b)).sum::<f64>() / bytes.len() as f64;
         let exact = f64::from(srgb_from_linear(0.2)) * 255.0;
         assert!((mean - exact).abs() < 0.02, "{mean} for {exact}");
         assert!(bytes.iter().any(|&b| f64::from(b) < exact) && bytes.iter().any(|&b| f64::from(b) > exact));
-        assert!(srgb_bytes(&Picture::black(32, 32), 1.0).iter().all(|&b| b == 0));
+        assert!(srgb_bytes(&Picture::black(32, 32), Some(1.0)).iter().all(|&b| b == 0));
         let white = Picture { width: 32, height: 32, pixels: vec![[1e20; 3]; 32 * 32] };
-        assert!(srgb_bytes(&white, 1.0).iter().all(|&b| b == 255));
+        assert!(srgb_bytes(&white, Some(1.0)).iter().all(|&b| b == 255));
         assert!(bytes.chunks(3).all(|p| p[0] == p[1] && p[1] == p[2]), "grey got a tint");
     }
 }

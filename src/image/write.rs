@@ -119,11 +119,12 @@ pub fn check_destination(path: &Path) -> Result<(), OutputError> {
 
 /// Writes `picture` to `path` in the format its extension names, replacing what is there.
 ///
-/// `exposure` multiplies linear radiance before the tone curve of a PNG; an EXR ignores it.
+/// `exposure` multiplies linear radiance before the tone curve of a PNG; without one, colours from 0 to 1 are written
+/// as they are. An EXR ignores it.
 ///
 /// # Errors
 /// As [`check_output`], and when the disk is full or the encoder refuses; then `path` is as before.
-pub fn write_picture(path: &Path, picture: &Picture, exposure: f32) -> Result<(), OutputError> {
+pub fn write_picture(path: &Path, picture: &Picture, exposure: Option<f32>) -> Result<(), OutputError> {
     debug_assert!(picture.is_consistent());
     let format = PictureFormat::of(path)?;
     let (width, height) = (picture.width, picture.height);
@@ -218,7 +219,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("temporary folder");
         let path = folder.path().join("out.exr");
         let picture = gradient();
-        write_picture(&path, &picture, 100.0).expect("written");
+        write_picture(&path, &picture, Some(100.0)).expect("written");
         let read = image::open(&path).expect("readable").into_rgb32f();
         assert_eq!((read.width(), read.height()), (4, 3));
         for (index, pixel) in picture.pixels.iter().enumerate() {
@@ -230,9 +231,9 @@ mod tests {
     fn png_holds_the_tone_mapped_bytes() {
         let folder = tempfile::tempdir().expect("temporary folder");
         let path = folder.path().join("OUT.PNG");
-        write_picture(&path, &gradient(), 0.3).expect("written");
+        write_picture(&path, &gradient(), Some(0.3)).expect("written");
         let read = image::open(&path).expect("readable").into_rgb8();
-        assert_eq!(read.into_raw(), tone::srgb_bytes(&gradient(), 0.3));
+        assert_eq!(read.into_raw(), tone::srgb_bytes(&gradient(), Some(0.3)));
         assert_eq!(names(folder.path()), ["OUT.PNG"]);
     }
 
@@ -280,16 +281,16 @@ mod tests {
         std::fs::write(at("a.png"), "old").expect("written");
         for mode in [0o600, 0o666] {
             std::fs::set_permissions(at("a.png"), PermissionsExt::from_mode(mode)).expect("rights");
-            write_picture(&at("a.png"), &gradient(), 1.0).expect("written");
+            write_picture(&at("a.png"), &gradient(), Some(1.0)).expect("written");
             assert_eq!(at("a.png").metadata().expect("metadata").permissions().mode() & 0o777, mode);
         }
         std::fs::create_dir(at("deep")).expect("folder");
         std::os::unix::fs::symlink("../a.png", at("deep/link.png")).expect("link");
-        write_picture(&at("deep/link.png"), &gradient(), 2.0).expect("written");
+        write_picture(&at("deep/link.png"), &gradient(), Some(2.0)).expect("written");
         assert!(at("deep/link.png").is_symlink());
         assert_eq!(
             image::open(at("a.png")).expect("a picture").into_rgb8().into_raw(),
-            tone::srgb_bytes(&gradient(), 2.0)
+            tone::srgb_bytes(&gradient(), Some(2.0))
         );
         std::os::unix::fs::symlink("nothing", at("dangling.png")).expect("link");
         assert!(matches!(check_output(&at("dangling.png")), Err(OutputError::NotAFile { .. })));
@@ -300,7 +301,7 @@ mod tests {
     fn others_may_read_the_picture_as_any_new_file() {
         use std::os::unix::fs::PermissionsExt;
         let folder = tempfile::tempdir().expect("temporary folder");
-        write_picture(&folder.path().join("a.png"), &gradient(), 1.0).expect("written");
+        write_picture(&folder.path().join("a.png"), &gradient(), Some(1.0)).expect("written");
         std::fs::write(folder.path().join("b"), "").expect("written");
         let mode = |name: &str| folder.path().join(name).metadata().expect("metadata").permissions().mode();
         assert_eq!(mode("a.png"), mode("b"));

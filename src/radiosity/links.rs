@@ -44,6 +44,8 @@ pub struct Link {
     pub class: LinkClass,
     /// The class was taken over from an ancestor pair.
     pub inherited: bool,
+    /// Work of the tests of this pair, in rays; 65 535 stands for anything above it, too.
+    pub work: u16,
 }
 
 /// All links, sorted by receiver, then source.

@@ -20,6 +20,7 @@ mod shading;
 mod solve;
 mod strays;
 mod transport;
+mod work;
 
 pub use transport::{Light, direction};
 
@@ -31,5 +32,5 @@ pub use openness::{Arriving, Openness};
 pub use place::place;
 pub use quarters::Quarters;
 pub use refine::RefineCounters;
-pub use solve::{Energy, Solution, SolveOptions, solve};
+pub use solve::{Energy, Record, Solution, SolveOptions, solve};
 pub use strays::Strays;

@@ -9,7 +9,7 @@ use super::links::{Link, LinkClass, LinkSet};
 use super::transport::{Light, direction};
 use crate::hierarchy::Hierarchy;
 use crate::math::{CosineLobes, PairSequence, axial_parts, cosine_direction};
-use crate::progress::Progress;
+use crate::progress::{Progress, Work};
 use crate::tracer::{Departure, PACKET, Ray, Tracer, departing_hits};
 use glam::Vec3;
 use rayon::prelude::*;
@@ -71,10 +71,11 @@ impl Openness {
         progress: &dyn Progress,
     ) -> Openness {
         progress.start("openness", forest.side_count() as u64);
+        let working = || Work::begin(progress, "openness");
         let kept: Vec<Box<[Kept]>> = (0..forest.side_count())
             .into_par_iter()
             .with_min_len(64)
-            .map(|side| {
+            .map_init(working, |_, side| {
                 progress.advance(1);
                 kept_of(hierarchy, forest, tracer, side)
             })

@@ -6,12 +6,15 @@ use super::forest::Forest;
 use super::links::{Link, LinkClass};
 use super::quarters::Quarters;
 use super::shading::Shading;
+use super::solve::Record;
 use super::transport::Light;
+use super::work::WorkDone;
 use crate::hierarchy::Hierarchy;
 use crate::math::hash_pair;
+use crate::progress::{Progress, Work};
 use crate::tracer::NO_FACET;
 use crate::visibility::{
-    CandidateSet, Class, Inheritance, Pair, Strategy, Tester, VisibilityCounters, Worker,
+    Answer, CandidateSet, Class, Detail, Inheritance, Pair, Strategy, Tester, VisibilityCounters, Worker,
 };
 use rayon::prelude::*;
 use std::ops::AddAssign;
@@ -20,7 +23,7 @@ use std::ops::AddAssign;
 const PARALLEL_IMPORTANCE: f64 = 64.0;
 
 /// Pairs the refinement ended at and that are not stored, and the work it took.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct RefineCounters {
     /// Pairs found invisible.
     pub invisible: u64,
@@ -28,6 +31,8 @@ pub struct RefineCounters {
     pub certified_invisible: u64,
     /// Work of the visibility tests.
     pub visibility: VisibilityCounters,
+    /// Where that goes, if it was asked for.
+    pub detail: Option<Box<Detail>>,
 }
 
 impl AddAssign for RefineCounters {
@@ -35,6 +40,7 @@ impl AddAssign for RefineCounters {
         self.invisible += other.invisible;
         self.certified_invisible += other.certified_invisible;
         self.visibility += other.visibility;
+        Detail::merge(&mut self.detail, other.detail);
     }
 }
 
@@ -70,6 +76,8 @@ pub(super) struct Refiner<'a> {
     pub(super) light: &'a Light,
     pub(super) tester: &'a Tester<'a>,
     pub(super) thresholds: Thresholds,
+    pub(super) record: Record,
+    pub(super) progress: &'a dyn Progress,
 }
 
 /// What a pair knows from above.
@@ -81,10 +89,10 @@ struct PairState<'a> {
 }
 
 /// Links and counts of one task.
-#[derive(Default)]
 struct Output {
     links: Vec<Link>,
     counters: RefineCounters,
+    done: WorkDone,
     worker: Worker,
 }
 
@@ -92,7 +100,8 @@ impl Output {
     fn absorb(&mut self, other: Output) {
         self.links.extend(other.links);
         self.counters += other.counters;
-        self.worker.counters += other.worker.counters;
+        self.worker.absorb(other.worker);
+        self.done.absorb(other.done);
     }
 }
 
@@ -128,58 +137,76 @@ enum Split {
 impl<'a> Refiner<'a> {
     /// Splits every link that is not good enough any more; the others stay as they are. The order of
     /// the result depends on the input alone.
-    pub(super) fn refine(
-        &self,
-        links: &[Link],
-        advance: &(dyn Fn(u64) + Sync),
-    ) -> (Vec<Link>, RefineCounters) {
+    pub(super) fn refine(&self, links: &[Link]) -> (Vec<Link>, RefineCounters, WorkDone) {
         let root = CandidateSet::root();
         let parts: Vec<Output> = links
             .par_chunks(256)
             .with_max_len(1)
             .map(|chunk| {
-                let mut output = Output::default();
+                let _work = Work::begin(self.progress, "refine");
+                let mut output = self.output();
                 for link in chunk {
                     self.revisit(link, &root, &mut output);
                 }
-                advance(chunk.len() as u64);
+                output.done.join();
+                self.progress.advance(chunk.len() as u64);
                 output
             })
             .collect();
-        let mut all = Output::default();
+        let mut all = self.output();
         parts.into_iter().for_each(|part| all.absorb(part));
-        all.counters.visibility = all.worker.counters;
-        (all.links, all.counters)
+        (all.counters.visibility, all.counters.detail) = all.worker.into_counted();
+        (all.links, all.counters, all.done)
+    }
+
+    fn output(&self) -> Output {
+        Output {
+            links: Vec::new(),
+            counters: RefineCounters::default(),
+            done: WorkDone::default(),
+            worker: self.tester.worker(),
+        }
     }
 
     /// Weighs the partial links from clusters again, with the present light. What is bright in a cluster
     /// when its links are made lies open to the lamps; light that arrives inside later is more hidden, but
     /// the old weight would count it as equally visible.
-    pub(super) fn weigh_again(&self, links: &mut [Link], advance: &(dyn Fn(u64) + Sync)) -> RefineCounters {
+    pub(super) fn weigh_again(&self, links: &mut [Link]) -> (RefineCounters, WorkDone) {
         let mut counters = RefineCounters::default();
         let clusters = self.hierarchy.nodes.len() as u32;
         let root = CandidateSet::root();
         let inherited = Inheritance { candidates: &root, blocker: NO_FACET };
-        let counted: Vec<VisibilityCounters> = links
+        let counted: Vec<(Worker, WorkDone)> = links
             .par_chunks_mut(256)
             .map(|chunk| {
-                let mut worker = Worker::default();
+                let _work = Work::begin(self.progress, "weigh");
+                let (mut worker, mut done) = (self.tester.worker(), WorkDone::default());
                 for link in chunk.iter_mut().filter(|l| l.class == LinkClass::Partial && l.source < clusters)
                 {
                     let (receiver, source) = (self.party(link.receiver), self.party(link.source));
                     if let Some(figures) = estimate(&receiver, &source, self.hierarchy, self.light) {
+                        let before = worker.counters;
                         link.visibility =
                             self.with_pair(&receiver, &source, &figures, inherited, false, |pair| {
                                 self.tester.weigh(&mut worker, pair)
                             });
+                        let work = worker.counters.work_since(&before);
+                        link.work = link.work.saturating_add(work.try_into().unwrap_or(u16::MAX));
+                        self.note(&mut done, link.receiver, work);
                     }
                 }
-                advance(chunk.len() as u64);
-                worker.counters
+                done.join();
+                self.progress.advance(chunk.len() as u64);
+                (worker, done)
             })
             .collect();
-        counted.into_iter().for_each(|part| counters.visibility += part);
-        counters
+        let (mut all, mut all_done) = (self.tester.worker(), WorkDone::default());
+        for (worker, done) in counted {
+            all.absorb(worker);
+            all_done.absorb(done);
+        }
+        (counters.visibility, counters.detail) = all.into_counted();
+        (counters, all_done)
     }
 
     /// Keeps a link, or takes it up again with the present light.
@@ -219,6 +246,13 @@ impl<'a> Refiner<'a> {
         self.pair(&receiver, &source, PairState { visible, inheritance }, output);
     }
 
+    /// Keeps work for a receiver, if that is asked for.
+    fn note(&self, done: &mut WorkDone, receiver: u32, work: u64) {
+        if self.record == Record::Work {
+            done.add(receiver, work);
+        }
+    }
+
     fn limits(&self, receiver: &Party<'_>) -> Limits {
         match receiver {
             Party::Element { piece, .. } => self.limits_at(self.irradiance_of(piece.cell)),
@@ -255,7 +289,11 @@ impl<'a> Refiner<'a> {
 
     /// Decides one pair: link, drop, or split and go on below.
     fn pair(&self, receiver: &Party<'a>, source: &Party<'a>, state: PairState<'_>, output: &mut Output) {
-        let Some(mut figures) = estimate(receiver, source, self.hierarchy, self.light) else { return };
+        let level = || self.tester.level(receiver.radius(self.hierarchy).max(source.radius(self.hierarchy)));
+        let Some(mut figures) = estimate(receiver, source, self.hierarchy, self.light) else {
+            output.worker.count_untested(Answer::Facing, level);
+            return;
+        };
         let mut link = Link {
             receiver: receiver.id(self.hierarchy),
             source: source.id(self.hierarchy),
@@ -265,13 +303,16 @@ impl<'a> Refiner<'a> {
             quarters: Quarters::UNIFORM,
             class: LinkClass::Untested,
             inherited: false,
+            work: 0,
         };
         // Dark, for now. A bright source that only few points see is another matter.
         if figures.power.max(figures.kernel_error) <= 0.0 {
+            output.worker.count_untested(Answer::Dark, level);
             output.links.push(link);
             return;
         }
         if let Some(certified) = state.visible {
+            output.worker.count_untested(Answer::Inherited, level);
             match self.wanted_split(receiver, source, &figures, false) {
                 Some(split) => self.split(receiver, source, split, figures.power, state, output),
                 None => {
@@ -286,10 +327,14 @@ impl<'a> Refiner<'a> {
 
         let if_partial = self.wanted_split(receiver, source, &figures, true);
         let subdivided = if_partial.is_some();
+        let before = output.worker.counters;
         let (verdict, narrowed) =
             self.with_pair(receiver, source, &figures, state.inheritance, subdivided, |pair| {
                 self.tester.classify(&mut output.worker, pair)
             });
+        let work = output.worker.counters.work_since(&before);
+        link.work = work.try_into().unwrap_or(u16::MAX);
+        self.note(&mut output.done, link.receiver, work);
         if self.is_classic() {
             // A kernel-weighted fraction can be tiny: fewer than one ray in n + 1 is more than n rays can tell.
             let least = 1.0 / (self.tester.options().rays as f64 + 1.0);
@@ -478,7 +523,8 @@ impl<'a> Refiner<'a> {
                 .par_iter()
                 .with_max_len(1)
                 .map(|(r, s)| {
-                    let mut output = Output::default();
+                    let _work = Work::begin(self.progress, "refine");
+                    let mut output = self.output();
                     self.pair(r, s, state, &mut output);
                     output
                 })

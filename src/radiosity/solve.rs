@@ -10,7 +10,7 @@ use super::refine::{RefineCounters, Refiner, Thresholds};
 use super::strays::{Strays, Watched};
 use super::transport::{Damping, Light, Materials, Receiving, Surface};
 use crate::hierarchy::Hierarchy;
-use crate::progress::Progress;
+use crate::progress::{Progress, Silent};
 use crate::tracer::Tracer;
 use crate::visibility::{Strategy, Tester, VisibilityOptions};
 use glam::{DVec3, Vec3};
@@ -57,6 +57,20 @@ pub struct SolveOptions {
     pub iterations: u32,
     /// How visibility is decided.
     pub visibility: VisibilityOptions,
+    /// What is kept of the way to the solution besides the counters.
+    pub record: Record,
+}
+
+/// What is kept of the way to a solution; it costs a little time and does not change the result.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Record {
+    /// Nothing.
+    #[default]
+    Nothing,
+    /// Where the work of visibility tests goes: [`RefineCounters::detail`].
+    Steps,
+    /// How much of it was done for each receiver: [`Solution::work`].
+    Work,
 }
 
 /// Watts, summed over channels.
@@ -105,6 +119,9 @@ pub struct Solution {
     pub factor: f32,
     /// Pairs that are not stored, and the work done.
     pub counters: RefineCounters,
+    /// Work of all visibility tests with each node as receiver, in rays, by node id as links have it; empty if it was
+    /// not asked for.
+    pub work: Vec<u64>,
     /// Gather and push-pull iterations.
     pub iterations: u32,
     /// Where the power went.
@@ -123,7 +140,7 @@ impl Solution {
         let materials = Materials { hierarchy, forest: &self.forest };
         let damping = Damping::none(self.forest.len());
         let (openness, strays, factor) = (&self.openness, &self.strays, self.factor);
-        let receiving = Receiving { damping: &damping, openness, strays, factor };
+        let receiving = Receiving { damping: &damping, openness, strays, factor, progress: &Silent };
         self.light.iterate(hierarchy, &self.forest, &self.links, &materials, receiving)
     }
 
@@ -166,7 +183,7 @@ pub fn solve(
     progress: &dyn Progress,
 ) -> Solution {
     let begun = Instant::now();
-    let tester = Tester::new(hierarchy, tracer, options.visibility);
+    let tester = Tester::new(hierarchy, tracer, options.visibility).detailed(options.record == Record::Steps);
     let mut forest = Forest::new(hierarchy);
     let mut light = Light::emitted(hierarchy, &forest, &Materials { hierarchy, forest: &forest });
     // A single facet has nothing to exchange light with.
@@ -178,6 +195,7 @@ pub fn solve(
     let mut conservation = Conservation::unknown();
     let mut counters = RefineCounters::default();
     let emitted = emitted_power(hierarchy, &forest);
+    let mut work = Vec::new();
     let mut refine_seconds = 0.0;
     let (mut iterations, mut error, mut factor) = (0, f64::MAX, conservation.factor);
     let (mut settled, mut since_settled) = (false, 0);
@@ -198,8 +216,18 @@ pub fn solve(
         if weighed {
             approach.shown = None;
             progress.start("weigh", links.links.len() as u64);
-            let refiner = Refiner { hierarchy, forest: &forest, light: &light, tester: &tester, thresholds };
-            counters += refiner.weigh_again(&mut links.links, &|done| progress.advance(done));
+            let refiner = Refiner {
+                hierarchy,
+                forest: &forest,
+                light: &light,
+                tester: &tester,
+                thresholds,
+                record: options.record,
+                progress,
+            };
+            let (counted, done) = refiner.weigh_again(&mut links.links);
+            counters += counted;
+            done.add_to(&mut work);
             progress.finish();
         }
         if looked_for_strays {
@@ -211,19 +239,32 @@ pub fn solve(
         }
         if weighed || looked_for_strays {
             // What links bring has changed, and with it what could grow.
-            damping = Damping::new(hierarchy, &forest, &links, &openness, &strays, Damping::MANY);
+            damping = Damping::new(hierarchy, &forest, &links, (&openness, &strays), Damping::MANY, progress);
             refine_seconds += start.elapsed().as_secs_f64();
         }
         if !settled {
             let start = Instant::now();
             approach.shown = None;
             progress.start("refine", links.links.len() as u64);
-            let refiner = Refiner { hierarchy, forest: &forest, light: &light, tester: &tester, thresholds };
-            let (mut refined, counted) = refiner.refine(&links.links, &|done| progress.advance(done));
+            let refiner = Refiner {
+                hierarchy,
+                forest: &forest,
+                light: &light,
+                tester: &tester,
+                thresholds,
+                record: options.record,
+                progress,
+            };
+            let (mut refined, counted, mut done) = refiner.refine(&links.links);
             counters += counted;
             let (before, after) = (carrying(&links.links), carrying(&refined));
             let new_from_old = forest.renumber(hierarchy);
             rename(&mut refined, hierarchy.nodes.len() as u32, &new_from_old);
+            if options.record == Record::Work {
+                work = renumbered(&work, hierarchy.nodes.len(), forest.len(), &new_from_old);
+                done.rename(hierarchy.nodes.len() as u32, &new_from_old);
+                done.add_to(&mut work);
+            }
             light = light.renumbered(&forest, &new_from_old);
             let added = after.abs_diff(before) as f64;
             settled = iterations as usize > SCHEDULE.len() && added <= SETTLED * after as f64
@@ -237,13 +278,15 @@ pub fn solve(
             links = LinkSet::new(refined, hierarchy.nodes.len() + forest.len());
             strays = Strays::none(forest.len());
             let bounces = if is_last { Damping::MANY } else { Damping::FEW };
-            damping = Damping::new(hierarchy, &forest, &links, &openness, &strays, bounces);
             progress.finish();
+            damping = Damping::new(hierarchy, &forest, &links, (&openness, &strays), bounces, progress);
             refine_seconds += start.elapsed().as_secs_f64();
         }
         factor = conservation.factor;
-        let receiving = Receiving { damping: &damping, openness: &openness, strays: &strays, factor };
+        let receiving =
+            Receiving { damping: &damping, openness: &openness, strays: &strays, factor, progress };
         let materials = Materials { hierarchy, forest: &forest };
+        approach.show(progress);
         let next = light.iterate(hierarchy, &forest, &links, &materials, receiving);
         if settled {
             conservation.look(hierarchy, &forest, &light, tracer, weighed || looked_for_strays);
@@ -273,6 +316,7 @@ pub fn solve(
         strays,
         factor,
         counters,
+        work,
         iterations,
         energy,
         min_size,
@@ -314,6 +358,14 @@ impl Approach {
         if way > 0.0 { ((1.0 - left / way).clamp(0.0, 1.0) * Self::STEPS) as u64 } else { 0 }
     }
 
+    /// Iterations begin, or go on.
+    fn show(&mut self, progress: &dyn Progress) {
+        self.shown.get_or_insert_with(|| {
+            progress.start("gather", Self::STEPS as u64);
+            0
+        });
+    }
+
     /// One iteration changed this much power.
     fn step(&mut self, change: f64, progress: &dyn Progress) {
         let factor = (change / self.change).min(SLOWEST);
@@ -321,10 +373,7 @@ impl Approach {
         self.to_come = change * factor / (1.0 - factor);
         self.most = self.most.max(self.to_come);
         let done = self.done();
-        let shown = *self.shown.get_or_insert_with(|| {
-            progress.start("gather", Self::STEPS as u64);
-            0
-        });
+        let shown = self.shown.unwrap_or(0);
         progress.advance(done.saturating_sub(shown));
         self.shown = Some(done.max(shown));
     }
@@ -340,11 +389,22 @@ const SELF_LINK: Link = Link {
     quarters: Quarters::UNIFORM,
     class: LinkClass::Untested,
     inherited: false,
+    work: 0,
 };
 
 /// Links that may carry light. How many others are kept for another look is up to what could be proved.
 fn carrying(links: &[Link]) -> usize {
     links.iter().filter(|link| link.class != LinkClass::Invisible).count()
+}
+
+/// Work by node id, with other element ids.
+fn renumbered(work: &[u64], clusters: usize, elements: usize, new_from_old: &[u32]) -> Vec<u64> {
+    let mut renumbered = vec![0; clusters + elements];
+    for (old, &done) in work.iter().enumerate() {
+        let new = old.checked_sub(clusters).map_or(old, |element| clusters + new_from_old[element] as usize);
+        renumbered[new] = done;
+    }
+    renumbered
 }
 
 /// Replaces provisional element ids.

@@ -8,7 +8,7 @@ use super::links::{LinkClass, LinkSet};
 use super::transport::Light;
 use crate::hierarchy::{Hierarchy, NodeKind};
 use crate::math::{PairSequence, cosine_direction, hash_pair};
-use crate::progress::Progress;
+use crate::progress::{Progress, Work};
 use crate::tracer::{Departure, PACKET, Ray, Tracer, departing_hits};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -73,6 +73,7 @@ impl Strays {
             .flat_map_iter(|groups| {
                 let mut covered = Covered { stamp: 0, marks: vec![0; nodes] };
                 let gain = move |group: &Group| {
+                    let _work = Work::begin(progress, "stray light");
                     let count = rays as f64 * (group.area / group_area).min(LARGEST);
                     let count = (count as u32).max(FEWEST).next_multiple_of(PACKET as u32);
                     progress.advance(1);

@@ -7,6 +7,7 @@ use super::openness::{Arriving, Openness};
 use super::strays::Strays;
 use crate::hierarchy::{Hierarchy, Side};
 use crate::math::CosineLobes;
+use crate::progress::{Progress, Silent, Work};
 use glam::Vec3;
 use rayon::prelude::*;
 use std::f32::consts::PI;
@@ -68,12 +69,13 @@ impl Damping {
         hierarchy: &Hierarchy,
         forest: &Forest,
         links: &LinkSet,
-        openness: &Openness,
-        strays: &Strays,
+        (openness, strays): (&Openness, &Strays),
         bounces: u32,
+        progress: &dyn Progress,
     ) -> Damping {
+        progress.start("damping", 0);
         let damping = Damping::none(forest.len());
-        let receiving = Receiving { damping: &damping, openness, strays, factor: 1.0 };
+        let receiving = Receiving { damping: &damping, openness, strays, factor: 1.0, progress };
         let glowing = Glowing(Materials { hierarchy, forest });
         let mut before = Light::emitted(hierarchy, forest, &glowing);
         let mut after = before.iterate(hierarchy, forest, links, &glowing, receiving);
@@ -81,6 +83,7 @@ impl Damping {
             before = after;
             after = before.iterate(hierarchy, forest, links, &glowing, receiving);
         }
+        progress.finish();
         let share = |(before, after): (&Vec3, &Vec3)| {
             let once_more = *after - Vec3::ONE;
             (before * Damping::MOST / once_more.max(Vec3::splat(f32::MIN_POSITIVE))).min_element().min(1.0)
@@ -98,7 +101,7 @@ impl Surface for Glowing<'_> {
     }
 }
 
-/// What elements receive of, and besides, what their links bring.
+/// What elements receive of, and besides, what their links bring; and who is told.
 #[derive(Clone, Copy)]
 pub(super) struct Receiving<'a> {
     pub(super) damping: &'a Damping,
@@ -106,6 +109,8 @@ pub(super) struct Receiving<'a> {
     pub(super) strays: &'a Strays,
     /// So that no light is lost or made.
     pub(super) factor: f32,
+    /// Told who works when.
+    pub(super) progress: &'a dyn Progress,
 }
 
 /// What a surface does with the light that reaches it.
@@ -145,8 +150,14 @@ impl Light {
         let dark = vec![Arriving::default(); hierarchy.nodes.len()];
         let mut light = Light::dark(forest.len());
         let (damping, strays) = (Damping::none(forest.len()), Strays::none(forest.len()));
-        let receiving =
-            Receiving { damping: &damping, openness: &Openness::unknown(), strays: &strays, factor: 1.0 };
+        let openness = Openness::unknown();
+        let receiving = Receiving {
+            damping: &damping,
+            openness: &openness,
+            strays: &strays,
+            factor: 1.0,
+            progress: &Silent,
+        };
         light.push_pull(hierarchy, forest, surface, receiving, &elements, &dark);
         light
     }
@@ -193,10 +204,11 @@ impl Light {
         receiving: Receiving<'_>,
     ) -> Light {
         let clusters = hierarchy.nodes.len() as u32;
+        let working = || Work::begin(receiving.progress, "gather");
         let gathered: Vec<Vec3> = (0..forest.len() as u32)
             .into_par_iter()
             .with_min_len(256)
-            .map(|element| {
+            .map_init(working, |_, element| {
                 let receiver = clusters + element;
                 links
                     .of(receiver)
@@ -278,6 +290,7 @@ impl Light {
             blocks.push((first..end, a, b, c, d));
         }
         blocks.into_par_iter().for_each(|(sides, exitance, irradiance, variation, brightest)| {
+            let _work = Work::begin(receiving.progress, "gather");
             let offset = forest.first_element[sides.start] as usize;
             let mut block =
                 Block { forest, gathered, receiving, offset, exitance, irradiance, variation, brightest };

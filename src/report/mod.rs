@@ -4,6 +4,7 @@
 pub mod check;
 pub mod compare;
 pub mod convergence;
+pub mod detail;
 pub mod json;
 pub mod memory;
 pub mod plot;
@@ -11,3 +12,4 @@ pub mod profile;
 pub mod stats;
 pub mod table;
 mod text;
+pub mod trace;

@@ -1,7 +1,10 @@
 //! Strategies and tracers side by side: where visibility time goes, and how wrong the result is.
 
+use super::detail::{RunDetail, Seconds};
+use super::text::aligned;
 use crate::probe::Deviation;
 use crate::radiosity::VisibilityError;
+use crate::visibility::Step;
 use serde::Serialize;
 
 /// All runs over one scene.
@@ -52,6 +55,8 @@ pub struct ProfiledRun {
     pub visibility_error: VisibilityError,
     /// Irradiance against the reference, if there is one.
     pub irradiance_error: Option<Deviation>,
+    /// Where the work went, the first time the run was made.
+    pub detail: RunDetail,
 }
 
 /// The median of some measurements, and how far they spread.
@@ -79,6 +84,9 @@ impl Spread {
         0.5 * (self.max - self.min) / self.median.max(f64::MIN_POSITIVE)
     }
 }
+
+/// The phases of a solution, in order.
+const PHASES: [&str; 7] = ["openness", "refine", "damping", "gather", "weigh", "stray light", "other"];
 
 /// An error that runs are compared at.
 type Error = (&'static str, fn(&ProfiledRun) -> Option<f64>);
@@ -134,7 +142,36 @@ impl Profile {
             text += &run.irradiance_error.map_or_else(String::new, |e| format!("  {:11.2}", 100.0 * e.rms));
             text += "\n";
         }
-        text + &self.at_equal_error(first)
+        text += &self.at_equal_error(first);
+        text += &self.where_time_goes();
+        text + &format!("\nPairs of {}, by what settled them\n{}", first.name(), first.detail.text())
+    }
+
+    /// A row for each run: the steps of visibility tests, and the phases of the whole run.
+    fn where_time_goes(&self) -> String {
+        let of = |list: &[Seconds], name: &str| {
+            let seconds = list.iter().find(|part| part.name == name).map_or(0.0, |part| part.seconds);
+            format!("{seconds:.3}")
+        };
+        let kind = |run: &ProfiledRun| [run.strategy.clone(), run.tracer.clone(), run.rays.to_string()];
+        let heads = |names: &[&'static str; 7]| {
+            let all = [&["strategy", "tracer", "rays"][..], names].concat();
+            std::array::from_fn::<String, 10, _>(|column| all[column].to_owned())
+        };
+        let table = |names: [&'static str; 7], list: fn(&RunDetail) -> &[Seconds]| {
+            let row = |run: &ProfiledRun| {
+                let cells = names.map(|name| of(list(&run.detail), name));
+                let all = [&kind(run)[..], &cells[..]].concat();
+                std::array::from_fn::<String, 10, _>(|column| all[column].clone())
+            };
+            aligned(&heads(&names), &self.runs.iter().map(row).collect::<Vec<_>>())
+        };
+        let steps = Step::ALL.map(Step::name);
+        format!(
+            "\nSeconds in visibility by step, summed over threads\n{}\nSeconds by phase, wall clock\n{}",
+            table(steps, |detail| &detail.steps),
+            table(PHASES, |detail| &detail.phases),
+        )
     }
 
     /// For each other strategy and tracer, its cheapest run that is no further off than `aim`.

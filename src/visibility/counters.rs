@@ -37,6 +37,22 @@ pub struct VisibilityCounters {
     pub nanoseconds: u64,
 }
 
+/// Work of building a shaft: about as much as so many rays.
+const WORK_OF_SHAFT: u64 = 8;
+
+/// Tests of nodes against a shaft that are about as much work as a ray.
+const NODES_PER_RAY: u64 = 16;
+
+impl VisibilityCounters {
+    /// Work done since some earlier state of the same counters, in rays; a measure that does not depend on the clock.
+    pub fn work_since(&self, before: &VisibilityCounters) -> u64 {
+        let nodes = self.nodes_tested - before.nodes_tested;
+        self.rays_cast - before.rays_cast
+            + WORK_OF_SHAFT * (self.shafts_built - before.shafts_built)
+            + nodes.div_ceil(NODES_PER_RAY)
+    }
+}
+
 impl AddAssign for VisibilityCounters {
     fn add_assign(&mut self, o: VisibilityCounters) {
         self.pairs_tested += o.pairs_tested;

@@ -2,13 +2,17 @@
 //! its steps: facing, inherited class, shaft, single blocker, rays.
 
 mod counters;
+mod detail;
 mod end;
 mod rays;
 mod test;
+mod worker;
 
 pub use counters::VisibilityCounters;
+pub use detail::{Answer, Bin, Detail, Effort, Histogram, Step};
 pub use end::NodeEnd;
-pub use test::{Brightness, CandidateSet, Class, Inheritance, Pair, Tester, Verdict, Worker};
+pub use test::{Brightness, CandidateSet, Class, Inheritance, Pair, Tester, Verdict};
+pub use worker::Worker;
 
 /// The order of the steps and what may be inherited; the classes they give are the same for the first
 /// three.

@@ -1,6 +1,7 @@
 //! Casting the rays of a pair in packets.
 
-use super::test::Worker;
+use super::detail::Step;
+use super::worker::Worker;
 use super::{Brightness, Pair, Tester};
 use crate::math::PairSequence;
 use crate::shaft::Shaft;
@@ -140,12 +141,14 @@ impl Tester<'_> {
             }
             worker.segments.clear();
             worker.segments.extend_from_slice(&segments[..ready]);
+            worker.lap(Step::Points);
             self.tracer_for_rays().blockers(
                 &segments[..ready],
                 candidates,
                 &mut blockers[..ready],
                 &mut audit,
             );
+            worker.lap(Step::Rays);
             let last = sightings.len() - ready;
             for (&blocker, sighting) in blockers[..ready].iter().zip(&mut sightings[last..]) {
                 sighting.clear = blocker == NO_FACET;
@@ -161,7 +164,11 @@ impl Tester<'_> {
             (0, _) => 0.0,
             // Disagreement was all that was asked for.
             _ if quota.until_mixed => 0.5,
-            _ => clear_share(&sightings, pair.brightness),
+            _ => {
+                let share = clear_share(&sightings, pair.brightness);
+                worker.lap(Step::Brightness);
+                share
+            }
         };
         worker.sightings = sightings;
         let counters = &mut worker.counters;
@@ -186,6 +193,7 @@ impl Tester<'_> {
             let anomalies = outsiders.filter(|&&facet| is_inside(facet)).count() as u64;
             counters.culling_anomalies += anomalies;
             counters.border_hits += audit.outsiders.saturating_sub(anomalies);
+            worker.lap(Step::Other);
         }
         met
     }
@@ -193,7 +201,7 @@ impl Tester<'_> {
     /// All facets that block one of the last rays.
     pub(super) fn facets_on_one(&self, worker: &mut Worker) -> Vec<u32> {
         let mut found: Vec<u32> = Vec::new();
-        let Some(segment) = worker.segments.first() else { return found };
+        let Some(&segment) = worker.segments.first() else { return found };
         loop {
             let ends = found.iter().copied().chain([self.hierarchy.facets.len() as u32]);
             let starts = [0].into_iter().chain(found.iter().map(|facet| facet + 1));
@@ -201,7 +209,8 @@ impl Tester<'_> {
             let others: Vec<Interval> = between.map(|(start, end)| Interval { start, end }).collect();
             let (mut blocker, mut audit) = ([NO_FACET], FilterAudit::default());
             let others = Candidates::Only(&others);
-            self.tracer_for_rays().blockers(&[*segment], others, &mut blocker, &mut audit);
+            self.tracer_for_rays().blockers(&[segment], others, &mut blocker, &mut audit);
+            worker.lap(Step::Rays);
             worker.counters.rays_cast += 1;
             match found.binary_search(&blocker[0]) {
                 Err(at) if blocker[0] != NO_FACET => found.insert(at, blocker[0]),

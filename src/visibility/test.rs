@@ -1,15 +1,16 @@
 //! The complete test of a pair.
 
-use super::rays::{Quota, RayCount, Sighting};
-use super::{NodeEnd, Strategy, VisibilityCounters, VisibilityOptions};
+use super::detail::{Answer, Step};
+use super::rays::{Quota, RayCount};
+use super::worker::Worker;
+use super::{NodeEnd, Strategy, VisibilityOptions};
 use crate::hierarchy::{Hierarchy, Interval};
 use crate::math::Plane;
 use crate::shaft::{
     MOST_FOUND, Shaft, blocks_all, blocks_together, has_facet_in, intervals_of, large_facets_on,
 };
-use crate::tracer::{BruteTracer, Candidates, NO_FACET, Segment, Tracer};
+use crate::tracer::{BruteTracer, Candidates, NO_FACET, Tracer};
 use glam::DVec3;
-use std::time::Instant;
 
 /// Pairs of this importance are not believed to be clear or blocked because rays are, unless both ends are
 /// elements: near parts of clusters exchange most of the light, and rays spread evenly over them rarely join such.
@@ -68,7 +69,7 @@ pub struct Verdict {
 pub struct CandidateSet {
     /// Ascending node ids.
     pub nodes: Vec<u32>,
-    intervals: Vec<Interval>,
+    pub(super) intervals: Vec<Interval>,
 }
 
 impl CandidateSet {
@@ -128,44 +129,36 @@ impl Pair<'_> {
     }
 }
 
-/// Scratch memory and counters of one thread's current task.
-#[derive(Debug, Default)]
-pub struct Worker {
-    /// What the tests did.
-    pub counters: VisibilityCounters,
-    pub(super) sightings: Vec<Sighting>,
-    /// The last packet of rays.
-    pub(super) segments: Vec<Segment>,
-    spare: Vec<CandidateSet>,
-}
-
-impl Worker {
-    /// Gives back a candidate set for reuse.
-    pub fn recycle(&mut self, set: CandidateSet) {
-        self.spare.push(set);
-    }
-
-    fn empty_set(&mut self) -> CandidateSet {
-        let mut set = self.spare.pop().unwrap_or_default();
-        set.nodes.clear();
-        set.intervals.clear();
-        set
-    }
-}
-
 /// Tests pairs of nodes of one hierarchy.
 pub struct Tester<'a> {
     pub(super) hierarchy: &'a Hierarchy,
     tracer: &'a dyn Tracer,
     listed: Option<BruteTracer>,
     options: VisibilityOptions,
+    is_detailed: bool,
 }
 
 impl<'a> Tester<'a> {
     /// A tester that casts its rays with `tracer`; `all` walks the list of triangles instead.
     pub fn new(hierarchy: &'a Hierarchy, tracer: &'a dyn Tracer, options: VisibilityOptions) -> Tester<'a> {
         let listed = (options.strategy == Strategy::All).then(|| BruteTracer::new(&hierarchy.mesh));
-        Tester { hierarchy, tracer, listed, options }
+        Tester { hierarchy, tracer, listed, options, is_detailed: false }
+    }
+
+    /// The same, with workers that keep a [`Detail`](super::Detail), if `is_detailed`.
+    pub fn detailed(self, is_detailed: bool) -> Self {
+        Tester { is_detailed, ..self }
+    }
+
+    /// For one task.
+    pub fn worker(&self) -> Worker {
+        Worker::new(self.is_detailed)
+    }
+
+    /// Into how many halves a node is smaller than the scene, by its radius.
+    pub fn level(&self, radius: f64) -> usize {
+        let times = self.hierarchy.nodes[0].bounds.radius() / radius.max(f64::MIN_POSITIVE);
+        times.max(1.0).log2() as usize
     }
 
     /// How visibility is decided.
@@ -182,8 +175,7 @@ impl<'a> Tester<'a> {
     /// The second result, when there is one, is the narrowed candidate set for the children; recycle it
     /// when they are done.
     pub fn classify(&self, worker: &mut Worker, pair: &Pair<'_>) -> (Verdict, Option<CandidateSet>) {
-        let start = Instant::now();
-        let rays_before = worker.counters.rays_cast;
+        let begun = worker.begin(pair.seed);
         worker.counters.pairs_tested += 1;
         let (mut verdict, narrowed) = match self.options.strategy {
             Strategy::All | Strategy::Root => (self.by_rays(worker, pair, Candidates::All, None), None),
@@ -201,17 +193,26 @@ impl<'a> Tester<'a> {
             verdict.doubtful |=
                 !verdict.certified && verdict.class != Class::Partial && pair.importance >= MATTERS;
         }
-        let cast = worker.counters.rays_cast - rays_before;
+        let cast = worker.counters.rays_cast - begun.counters.rays_cast;
         worker.counters.rays_avoided += (self.options.rays as u64).saturating_sub(cast);
-        worker.counters.nanoseconds += start.elapsed().as_nanos() as u64;
+        worker.end(&begun, |counters| {
+            let is_fused = counters.fused_blockers > begun.counters.fused_blockers;
+            (answer_of(&verdict, is_fused), self.level_of(pair))
+        });
         (verdict, narrowed)
+    }
+
+    /// The level of the larger end.
+    fn level_of(&self, pair: &Pair<'_>) -> usize {
+        let radii = [pair.receiver, pair.source].map(|end| end.radius(self.hierarchy));
+        self.level(radii[0].max(radii[1]))
     }
 
     /// Share of the light that gets through a pair, by rays over the whole scene, whatever the strategy.
     pub fn weigh(&self, worker: &mut Worker, pair: &Pair<'_>) -> f32 {
-        let start = Instant::now();
+        let begun = worker.begin(pair.seed);
         let met = self.cast(worker, pair, self.weighing(pair), Candidates::All, None);
-        worker.counters.nanoseconds += start.elapsed().as_nanos() as u64;
+        worker.end(&begun, |_| (Answer::WeighedAgain, self.level_of(pair)));
         met.fraction
     }
 
@@ -253,7 +254,7 @@ impl<'a> Tester<'a> {
         }
         match verdict.class {
             Class::Invisible => {
-                let (found, count) = self.large_facets_between(pair);
+                let (found, count) = self.large_facets_between(worker, pair);
                 let [largest, ..] = found[..count] else { return (verdict, None) };
                 verdict.blocker = largest;
                 let alone = found[..count].iter().copied().find(|&f| self.is_blocked_by(worker, pair, f));
@@ -329,19 +330,24 @@ impl<'a> Tester<'a> {
     }
 
     /// Facets between the middles of a pair that are large enough to block it, perhaps with others.
-    fn large_facets_between(&self, pair: &Pair<'_>) -> ([u32; MOST_FOUND], usize) {
+    fn large_facets_between(&self, worker: &mut Worker, pair: &Pair<'_>) -> ([u32; MOST_FOUND], usize) {
         let middles = [pair.receiver, pair.source].map(|end| end.center(self.hierarchy));
         let radii = [pair.receiver, pair.source].map(|end| end.radius(self.hierarchy));
-        large_facets_on(self.hierarchy, middles, LARGE * radii[0].min(radii[1]))
+        let found = large_facets_on(self.hierarchy, middles, LARGE * radii[0].min(radii[1]));
+        worker.lap(Step::Blockers);
+        found
     }
 
     /// Builds the pair's shaft and narrows the inherited candidates.
     fn cull(&self, worker: &mut Worker, pair: &Pair<'_>, allowance: u64) -> (Shaft, CandidateSet) {
         let shaft =
             Shaft::between(pair.receiver.shaft_end(self.hierarchy), pair.source.shaft_end(self.hierarchy));
+        worker.lap(Step::Shafts);
         let mut set = worker.empty_set();
         let culled = shaft.cull(self.hierarchy, &pair.inherited.candidates.nodes, allowance, &mut set.nodes);
         intervals_of(self.hierarchy, &set.nodes, &mut set.intervals);
+        worker.lap(Step::Culling);
+        worker.note_candidates(culled.facets);
         let counters = &mut worker.counters;
         counters.shafts_built += 1;
         counters.nodes_tested += culled.nodes_tested;
@@ -371,6 +377,7 @@ impl<'a> Tester<'a> {
         let is_blocked = self.with_corners(pair, |receiver, source| {
             blocks_all(&self.hierarchy.polygon(facet), plane, receiver, source)
         }) && self.hides(pair, plane);
+        worker.lap(Step::Blockers);
         worker.counters.single_blockers += u64::from(is_blocked);
         is_blocked
     }
@@ -381,6 +388,7 @@ impl<'a> Tester<'a> {
         let is_blocked = self
             .with_corners(pair, |receiver, source| blocks_together(self.hierarchy, facet, receiver, source))
             && self.hides(pair, plane);
+        worker.lap(Step::Blockers);
         worker.counters.fused_blockers += u64::from(is_blocked);
         is_blocked
     }
@@ -405,6 +413,18 @@ impl Verdict {
     fn proved(class: Class, blocker: u32) -> Verdict {
         let fraction = if class == Class::Visible { 1.0 } else { 0.0 };
         Verdict { class, certified: true, inheritable: true, doubtful: false, fraction, blocker }
+    }
+}
+
+/// What settled a pair that was tested; `is_fused` when it took several blockers.
+fn answer_of(verdict: &Verdict, is_fused: bool) -> Answer {
+    match (verdict.class, verdict.certified) {
+        (Class::Visible, true) => Answer::EmptyShaft,
+        (Class::Visible, false) => Answer::RaysClear,
+        (Class::Invisible, true) if is_fused => Answer::FusedBlockers,
+        (Class::Invisible, true) => Answer::SingleBlocker,
+        (Class::Invisible, false) => Answer::RaysBlocked,
+        (Class::Partial, _) => Answer::RaysDisagree,
     }
 }
 

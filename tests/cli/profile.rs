@@ -94,6 +94,8 @@ fn what_cannot_be_done_is_said_before_anything_is_solved() {
         (&["--points", "points.txt"], "--reference"),
         (&["-o", "p.csv"], ".json"),
         (&["--plot", "p.png"], ".svg"),
+        (&["--trace", "t.txt"], ".json"),
+        (&["--trace", "a.json", "-o", "a.json"], "a.json"),
         (&["-o", "a.json", "--plot", "a.json"], ".svg"),
     ] {
         let run = folder.run(&[&BASE[..], options].concat());
@@ -106,4 +108,147 @@ fn what_cannot_be_done_is_said_before_anything_is_solved() {
     folder.run(&[&BASE[..], &missing].concat()).expect_error(6, &["none"]);
     std::fs::remove_file(folder.path("short.csv")).expect("our own file");
     assert_eq!(folder.names(), before, "nothing is left behind");
+}
+
+#[test]
+fn where_the_work_went_adds_up() {
+    let folder = folder();
+    let options = ["--strategies", "adaptive,shaft", "--tracers", "fallback", "-o", "p.json"];
+    let run = folder.run(&[&BASE[..], &options].concat());
+    assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{run:?}");
+    let record = record(&folder);
+    for run in record["runs"].as_array().expect("runs") {
+        let detail = &run["detail"];
+        let rows = |list: &str| detail[list].as_array().unwrap_or_else(|| panic!("no {list}: {run}")).clone();
+        let sum = |list: &str, field: &str| -> f64 {
+            rows(list).iter().map(|row| row[field].as_f64().expect("a number")).sum()
+        };
+        // With one repeat the median is the run itself.
+        let visibility = run["visibility_seconds"]["median"].as_f64().expect("a number");
+        for list in ["steps", "answers", "levels"] {
+            assert!((sum(list, "seconds") - visibility).abs() < 1e-6 + 1e-6 * visibility, "{list}: {run}");
+        }
+        let total = run["total_seconds"]["median"].as_f64().expect("a number");
+        assert!(sum("phases", "seconds") >= total, "{run}");
+        let names: Vec<Value> = rows("phases").iter().map(|row| row["name"].clone()).collect();
+        assert!(["openness", "refine", "gather", "other"].iter().all(|&name| names.contains(&name.into())));
+        let count = |name: &str| run[name].as_f64().expect("a number");
+        assert_eq!(sum("answers", "rays"), count("rays_cast"));
+        for list in ["rays_per_pair", "filter_calls_per_pair"] {
+            assert_eq!(sum(list, "count"), count("pairs_tested"), "{list}: {run}");
+        }
+        assert_eq!(sum("candidates_per_shaft", "count"), count("shafts_built"), "{run}");
+        let tested = ["visible", "invisible", "partial"].map(|class| sum("levels", class));
+        assert_eq!(tested.iter().sum::<f64>(), count("pairs_tested"), "{run}");
+    }
+    for title in ["in visibility by step", "by phase", "by what settled them", "by size", "by their rays"] {
+        assert!(run.stdout.contains(title), "{title}: {}", run.stdout);
+    }
+}
+
+/// An event of a trace that lasts.
+struct Event {
+    name: String,
+    kind: String,
+    row: u64,
+    start: f64,
+    end: f64,
+}
+
+impl Event {
+    fn of(event: &Value) -> Event {
+        let text = |name: &str| event[name].as_str().expect("text").to_owned();
+        let number = |name: &str| event[name].as_f64().expect("a number");
+        let (start, length) = (number("ts"), number("dur"));
+        assert!(start >= 0.0 && length >= 0.0, "{event}");
+        let row = event["tid"].as_u64().expect("a row");
+        Event { name: text("name"), kind: text("cat"), row, start, end: start + length }
+    }
+
+    /// Inside it but for the rounding of microseconds.
+    fn holds(&self, other: &Event) -> bool {
+        self.start - 0.01 <= other.start && other.end <= self.end + 0.01
+    }
+
+    fn is_apart_from(&self, other: &Event) -> bool {
+        self.end <= other.start + 0.01 || other.end <= self.start + 0.01
+    }
+}
+
+#[test]
+fn a_trace_has_every_phase_and_the_work_in_it() {
+    const THREADS: usize = 2;
+    let folder = folder();
+    let options = ["--strategies", "adaptive,sampled", "--tracers", "fallback", "--threads", "2"];
+    let run = folder.run(&[&BASE[..], &options, &["-o", "p.json", "--trace", "t.json"]].concat());
+    assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{run:?}");
+    let trace: Value =
+        serde_json::from_slice(&std::fs::read(folder.path("t.json")).expect("a trace")).expect("JSON");
+    let events = trace["traceEvents"].as_array().expect("events");
+    assert!(events.len() < 20_000, "{} events", events.len());
+    assert!(events.iter().all(|event| event["ph"] == "X" || event["ph"] == "M"));
+    let lasting: Vec<Event> = events.iter().filter(|event| event["ph"] == "X").map(Event::of).collect();
+    // Events of one row are apart or one is in the other.
+    for (index, one) in lasting.iter().enumerate() {
+        for other in lasting[index + 1..].iter().filter(|other| other.row == one.row) {
+            let nests = one.is_apart_from(other) || one.holds(other) || other.holds(one);
+            assert!(nests, "{} and {} in row {}", one.name, other.name, one.row);
+        }
+    }
+    let of_kind = |kind: &'static str| lasting.iter().filter(move |event| event.kind == kind);
+    let known = [
+        "load",
+        "facets",
+        "overlaps",
+        "contacts",
+        "build",
+        "openness",
+        "refine",
+        "damping",
+        "gather",
+        "weigh",
+        "stray light",
+    ];
+    for phase in of_kind("phase") {
+        assert!(phase.row == 0 && known.contains(&phase.name.as_str()), "{}", phase.name);
+    }
+    // Work is done in its phase, and by no more than all threads.
+    let holds = |phase: &Event, work: &Event| {
+        let is_of = phase.name == work.name || (phase.name == "damping" && work.name == "gather");
+        is_of && phase.holds(work)
+    };
+    for work in of_kind("work") {
+        assert!((1..=THREADS as u64).contains(&work.row));
+        assert!(of_kind("phase").any(|phase| holds(phase, work)), "{} at {} µs", work.name, work.start);
+    }
+    for phase in of_kind("phase") {
+        let done: f64 =
+            of_kind("work").filter(|work| holds(phase, work)).map(|work| work.end - work.start).sum();
+        let most = THREADS as f64 * (phase.end - phase.start);
+        assert!(done <= 1.001 * most + 1.0, "{}: {done} of {most} µs", phase.name);
+    }
+    for name in ["refine", "gather", "openness", "weigh"] {
+        assert!(of_kind("work").any(|work| work.name == name), "nobody did {name}");
+    }
+    // The runs, with the phases that the record has.
+    let record = record(&folder);
+    let runs = record["runs"].as_array().expect("runs");
+    let stages: Vec<&Event> = of_kind("stage").filter(|stage| stage.name != "errors").collect();
+    assert_eq!(stages.len(), runs.len());
+    for (stage, run) in stages.into_iter().zip(runs) {
+        assert!(stage.name.starts_with(kind(run).0), "{}", stage.name);
+        let mut all = 0.0;
+        for phase in run["detail"]["phases"].as_array().expect("phases") {
+            let (name, seconds) = (phase["name"].as_str(), phase["seconds"].as_f64().expect("a number"));
+            all += seconds;
+            let in_stage = of_kind("phase").filter(|p| Some(p.name.as_str()) == name && stage.holds(p));
+            let traced: f64 = in_stage.map(|p| (p.end - p.start) * 1e-6).sum();
+            assert!(
+                name == Some("other") || (traced - seconds).abs() < 1e-5,
+                "{name:?}: {traced}, not {seconds}"
+            );
+        }
+        let length = (stage.end - stage.start) * 1e-6;
+        assert!(length <= all + 1e-5, "the stage ends before what the record has: {length}, {all}");
+    }
 }

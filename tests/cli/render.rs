@@ -180,3 +180,33 @@ fn an_office_is_the_same_every_time() {
         assert!(bytes("one") == bytes("two"), "{name} differs between two runs");
     }
 }
+
+#[test]
+fn heat_maps_are_pictures_with_a_legend() {
+    let folder = Folder::with_scene();
+    render(&folder, "a.png", &[]);
+    let shaded = pixels(&folder, "a.png");
+    for (view, words) in [
+        ("cost", ["rays/m²", "dark violet", "yellow"]),
+        ("links", ["links over which", "dark violet", "yellow"]),
+        ("class", ["cost the most", "blue", "orange"]),
+        ("partial", ["partial links", "dark violet", "yellow"]),
+    ] {
+        let run = render(&folder, "a.png", &["--view", view, "--threads", "1"]);
+        for word in words {
+            assert!(run.stderr.contains(word), "{view}: no '{word}' in {}", run.stderr);
+        }
+        assert!(!run.stderr.contains("--exposure"), "colours are not exposed: {}", run.stderr);
+        let bytes = std::fs::read(folder.path("a.png")).expect("a picture");
+        let map = pixels(&folder, "a.png");
+        let others = shaded.pixels().zip(map.pixels()).filter(|(a, b)| a != b).count();
+        assert!(others * 4 > shaded.pixels().len(), "{view}: only {others} pixels differ");
+        let spread = |p: &image::Rgb<u8>| p.0.iter().max().unwrap_or(&0) - p.0.iter().min().unwrap_or(&0);
+        assert!(map.pixels().filter(|p| spread(p) > 30).count() > 300, "{view} has no colours");
+        render(&folder, "a.png", &["--view", view, "--threads", "3"]);
+        assert!(std::fs::read(folder.path("a.png")).expect("a picture") == bytes, "{view} on three threads");
+        render(&folder, "a.exr", &["--view", view]);
+        let linear = image::open(folder.path("a.exr")).expect("a picture").into_rgb32f();
+        assert!(linear.pixels().all(|p| p.0.iter().all(|c| (0.0..=1.0).contains(c))), "{view}");
+    }
+}

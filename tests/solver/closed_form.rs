@@ -5,7 +5,7 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
-use lightshaft::radiosity::SolveOptions;
+use lightshaft::radiosity::{Record, SolveOptions};
 use lightshaft::visibility::{Strategy, VisibilityOptions};
 
 use crate::boxes::Rectangles;
@@ -82,6 +82,7 @@ fn fine(strategy: Strategy, certify: bool) -> SolveOptions {
         resolution: 100.0,
         iterations: 50,
         visibility: VisibilityOptions { strategy, rays: 16, certify },
+        record: Record::Nothing,
     }
 }
 

@@ -1,7 +1,7 @@
 //! Links partition the exchange of light: each pair of leaf elements that face each other is covered
 //! by one link, or by none if nothing gets through. A failure means light counted twice or lost.
 
-use lightshaft::radiosity::{Link, Solution, SolveOptions};
+use lightshaft::radiosity::{Link, Record, Solution, SolveOptions};
 use lightshaft::scene::Scene;
 use lightshaft::tracer::{BruteTracer, NO_FACET, Segment};
 use lightshaft::visibility::{Strategy, VisibilityOptions};
@@ -20,6 +20,7 @@ fn coarse(strategy: Strategy) -> SolveOptions {
         resolution: 32.0,
         iterations: 50,
         visibility: VisibilityOptions { strategy, rays: 16, certify: false },
+        record: Record::Nothing,
     }
 }
 

@@ -10,7 +10,7 @@ use lightshaft::scene::Scene;
 use lightshaft::visibility::{Strategy, VisibilityOptions};
 
 use crate::boxes::Rectangles;
-use crate::solving::{Case, STRATEGIES};
+use crate::solving::{Case, STRATEGIES, rough};
 
 const RADIANCE: f32 = 2.0;
 const REFLECTANCES: [f32; 4] = [0.2, 0.5, 0.8, 0.9];
@@ -36,7 +36,8 @@ fn furnace(reflectance: f32, furnished: bool) -> Scene {
 }
 
 fn fine(visibility: VisibilityOptions, epsilon: f64) -> SolveOptions {
-    SolveOptions { epsilon, contrast: 0.1, min_size: None, resolution: 64.0, iterations: 2000, visibility }
+    let options = rough(visibility.strategy);
+    SolveOptions { epsilon, contrast: 0.1, resolution: 64.0, iterations: 2000, visibility, ..options }
 }
 
 fn visibility(strategy: Strategy, certify: bool) -> VisibilityOptions {

@@ -17,6 +17,7 @@ mod conservation;
 mod coverage;
 mod covered_pairs;
 mod culling_audit;
+mod detail;
 mod determinism;
 mod dropped;
 mod extremes;

@@ -19,6 +19,7 @@ fn link(receiver: u32, source: u32, class: LinkClass) -> Link {
         quarters: Quarters::UNIFORM,
         class,
         inherited: false,
+        work: 0,
     }
 }
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use lightshaft::hierarchy::Hierarchy;
 use lightshaft::progress::Silent;
-use lightshaft::radiosity::{self, Solution, SolveOptions};
+use lightshaft::radiosity::{self, Record, Solution, SolveOptions};
 use lightshaft::scene::{self, Scene};
 use lightshaft::tracer::{FallbackTracer, Tracer};
 use lightshaft::visibility::{Strategy, VisibilityOptions};
@@ -70,6 +70,7 @@ pub(crate) fn rough(strategy: Strategy) -> SolveOptions {
         resolution: 48.0,
         iterations: 50,
         visibility: VisibilityOptions { strategy, rays: 4, certify: false },
+        record: Record::Nothing,
     }
 }
 
@@ -82,6 +83,7 @@ pub(crate) fn options(strategy: Strategy) -> SolveOptions {
         resolution: 64.0,
         iterations: 100,
         visibility: VisibilityOptions { strategy, rays: 16, certify: false },
+        record: Record::Nothing,
     }
 }
 

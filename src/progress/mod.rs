@@ -1,6 +1,10 @@
 //! How far a long step has come, told to whoever watches. Steps report to a [`Progress`]; whether
 //! that draws a bar ([`TerminalProgress`]) or does nothing ([`Silent`]) is chosen once by the caller.
 
+mod timeline;
+
+pub use timeline::{Span, Timeline};
+
 use std::io::IsTerminal;
 use std::sync::{PoisonError, RwLock};
 
@@ -14,6 +18,30 @@ pub trait Progress: Sync {
     fn advance(&self, done: u64);
     /// The phase is over, whatever was reported.
     fn finish(&self);
+    /// The calling thread begins a piece of work of at least some microseconds; see [`Work`].
+    fn begin_work(&self) {}
+    /// The calling thread has done the piece that it began last; `phase` is what it belongs to.
+    fn end_work(&self, _phase: &'static str) {}
+}
+
+/// A piece of work of one thread, from when this is made to when it is dropped, on that thread.
+pub struct Work<'a> {
+    progress: &'a dyn Progress,
+    phase: &'static str,
+}
+
+impl<'a> Work<'a> {
+    /// Begins now, as part of a phase.
+    pub fn begin(progress: &'a dyn Progress, phase: &'static str) -> Work<'a> {
+        progress.begin_work();
+        Work { progress, phase }
+    }
+}
+
+impl Drop for Work<'_> {
+    fn drop(&mut self) {
+        self.progress.end_work(self.phase);
+    }
 }
 
 /// Reports nothing.
@@ -24,6 +52,36 @@ impl Progress for Silent {
     fn start(&self, _phase: &'static str, _total: u64) {}
     fn advance(&self, _done: u64) {}
     fn finish(&self) {}
+}
+
+/// Passes everything on to two others.
+pub struct Both<'a>(pub &'a dyn Progress, pub &'a dyn Progress);
+
+impl Progress for Both<'_> {
+    fn start(&self, phase: &'static str, total: u64) {
+        self.0.start(phase, total);
+        self.1.start(phase, total);
+    }
+
+    fn advance(&self, done: u64) {
+        self.0.advance(done);
+        self.1.advance(done);
+    }
+
+    fn finish(&self) {
+        self.0.finish();
+        self.1.finish();
+    }
+
+    fn begin_work(&self) {
+        self.0.begin_work();
+        self.1.begin_work();
+    }
+
+    fn end_work(&self, phase: &'static str) {
+        self.0.end_work(phase);
+        self.1.end_work(phase);
+    }
 }
 
 /// A bar with the remaining time on standard error, one phase at a time, removed when the phase
