@@ -7,18 +7,20 @@ use super::camera::choose_camera;
 use super::config::{CompareConfig, Pictures};
 use super::console;
 use super::errors::CliError;
+use super::setup::{self, setup};
 use super::solved::{Loaded, in_pool, solve_options};
 use crate::compare::{
-    Ask, CompareOptions, Disagreement, Question, Referee, ReplayError, Standing, compare, difference_picture,
-    distance_to_change, read_replay, write_replay,
+    Ask, CompareOptions, Comparison, Disagreement, Question, Referee, ReplayError, Standing, compare,
+    difference_picture, distance_to_change, read_replay, write_replay,
 };
 use crate::hierarchy::Hierarchy;
 use crate::image::picture::Picture;
 use crate::image::tone::Exposure;
-use crate::image::write::{OutputError, check_destination, write_picture};
+use crate::image::write::{OutputError, check_destination, png_bytes, write_picture};
 use crate::image::{RenderOptions, View};
 use crate::progress::Progress;
 use crate::report::compare::{CompareReport, DescribedDisagreement, ReplayedRay};
+use crate::report::html::{Setup, Shown, write_compare};
 use crate::report::json::write_json;
 use crate::tracer::Tracer;
 
@@ -30,7 +32,7 @@ const GAIN: f32 = 16.0;
 /// # Errors
 /// The first thing that goes wrong; when the tracers disagree, after everything has been written.
 pub(super) fn run(config: &CompareConfig) -> Result<(), CliError> {
-    for path in config.replay_file.iter().chain(&config.json) {
+    for path in config.replay_file.iter().chain(&config.json).chain(&config.html) {
         check_destination(path)?;
     }
     if let Some(places) = &config.pictures {
@@ -71,22 +73,44 @@ fn run_in_pool(config: &CompareConfig, progress: &dyn Progress) -> Result<(), Cl
     let names = tracers.map(|tracer| tracer.name());
     let threads = rayon::current_num_threads();
     let report = CompareReport::new(&loaded.scene.name, names, threads, &hierarchy, &found);
+    let mut made_with = setup(&config.run, &loaded, &hierarchy);
+    made_with.values.extend(setup::visibility(&config.run));
+    made_with.values.extend(setup::view(&options.camera, &config.view));
+    made_with.values.push(("rays made by rule", config.rays.to_string()));
+    made_with.values.push(("rays timed", format!("{} times", config.repeats)));
+    answer(config, &hierarchy, &found, &report, &pictures, &made_with)
+}
 
+/// Prints and writes what was found, whatever it is.
+///
+/// # Errors
+/// When something cannot be written; when the tracers disagree, after all is written.
+fn answer(
+    config: &CompareConfig,
+    hierarchy: &Hierarchy,
+    found: &Comparison,
+    report: &CompareReport,
+    pictures: &[Picture; 2],
+    made_with: &Setup,
+) -> Result<(), CliError> {
     if !config.run.quiet {
         console::answer(&report.text())?;
     }
     if let Some(path) = &config.json {
-        write_json(path, &report)?;
+        write_json(path, report)?;
     }
     if let Some(path) = &config.replay_file {
         let explain =
-            |worst: &Disagreement| DescribedDisagreement::new(&hierarchy, worst).line(&report.tracers);
+            |worst: &Disagreement| DescribedDisagreement::new(hierarchy, worst).line(&report.tracers);
         write_replay(path, &hierarchy.mesh, &found.rays.worst, &explain)?;
     }
     if let Some(places) = &config.pictures {
-        write_pictures(places, &pictures)?;
+        write_pictures(places, pictures)?;
     }
-    verdict(&report)
+    if let Some(path) = &config.html {
+        write_compare(path, report, shown(path, pictures)?, made_with)?;
+    }
+    verdict(report)
 }
 
 /// The error when the tracers disagree.
@@ -109,6 +133,16 @@ fn built(
     let tracers = tracer(TracerArg::Embree).and_then(|native| Ok([native, tracer(TracerArg::Fallback)?]));
     progress.finish();
     Ok((hierarchy, tracers?))
+}
+
+/// Both pictures and their difference, for the page at `path`.
+fn shown(path: &Path, [native, other]: &[Picture; 2]) -> Result<Shown, OutputError> {
+    let exposure = Exposure::Automatic.multiplier(native);
+    let png = |picture: &Picture| {
+        png_bytes(picture, exposure).map_err(|message| OutputError::Encode { path: path.to_owned(), message })
+    };
+    let files = [png(native)?, png(other)?, png(&difference_picture([native, other], GAIN))?];
+    Ok(Shown { size: [native.width, native.height], files, gain: GAIN })
 }
 
 /// Both pictures with the exposure of the first, and their difference.

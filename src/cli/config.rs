@@ -87,6 +87,7 @@ pub(super) struct ProfileConfig {
     pub(super) samples: u32,
     pub(super) output: Option<PathBuf>,
     pub(super) plot: Option<PathBuf>,
+    pub(super) html: Option<PathBuf>,
 }
 
 /// Everything a check needs to know.
@@ -333,7 +334,8 @@ impl ProfileConfig {
     pub(super) fn check(typed: ProfileArgs) -> Result<Self, CliError> {
         check_extension("--output", typed.output.as_deref(), "json")?;
         check_extension("--plot", typed.plot.as_deref(), "svg")?;
-        let outputs = [typed.output.as_ref(), typed.plot.as_ref()];
+        check_extension("--html", typed.html.as_deref(), "html")?;
+        let outputs = [typed.output.as_ref(), typed.plot.as_ref(), typed.html.as_ref()];
         let inputs = [Some(&typed.scene), typed.points.as_ref(), typed.reference.as_ref()];
         check_distinct(&[&inputs[..], &outputs[..]].concat())?;
         if typed.exactness.certify && typed.strategies.contains(&VisibilityArg::Sampled) {
@@ -368,6 +370,7 @@ impl ProfileConfig {
             samples: typed.samples,
             output: typed.output,
             plot: typed.plot,
+            html: typed.html,
         })
     }
 }

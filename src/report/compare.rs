@@ -236,7 +236,7 @@ impl CompareReport {
     }
 
     /// The summary, without the verdict.
-    fn words(&self) -> String {
+    pub(super) fn words(&self) -> String {
         let total = self.rays.last().cloned().unwrap_or_default();
         let off: u64 = total.tolerance.iter().chain(&total.edge_on).sum();
         let wrong: u64 = total.wrong.iter().sum();
@@ -295,6 +295,18 @@ impl CompareReport {
     }
 
     fn work_table(&self) -> String {
+        let rows = [self.difference_rows(), self.speed_rows()].concat();
+        aligned(&self.work_heads(), &rows)
+    }
+
+    /// Heads of the rows below.
+    pub(super) fn work_heads(&self) -> [String; 5] {
+        let [native, other] = self.tracers.clone();
+        [String::new(), native, other, "difference".to_owned(), String::new()]
+    }
+
+    /// Links, light and pictures: what each tracer gives, the difference, and where it is.
+    pub(super) fn difference_rows(&self) -> Vec<[String; 5]> {
         let (links, light, picture) = (&self.links, &self.exitance, &self.picture);
         let percent = |share: f64| format!("{:.4} %", 100.0 * share);
         let row = |name: &str, [a, b]: [String; 2], difference: String, place: String| {
@@ -304,14 +316,7 @@ impl CompareReport {
         let alone = |name: &str, difference: String, place: String| {
             row(name, [String::new(), String::new()], difference, place)
         };
-        let seconds = |name: &str, seconds: [f64; 2]| {
-            let ratio = seconds[1] / seconds[0].max(f64::MIN_POSITIVE);
-            row(name, seconds.map(|s| format!("{s:.3}")), format!("{ratio:.2} times"), String::new())
-        };
-        let rates = self.rays_per_second;
-        let ratio = rates[0].median / rates[1].median.max(f64::MIN_POSITIVE);
-        let spread = format!("±{:.1} %, ±{:.1} %", 100.0 * rates[0].relative(), 100.0 * rates[1].relative());
-        let rows = vec![
+        vec![
             row("links", counts(links.links), percent(links.share()), links.worst.clone()),
             row("  only in one", counts(links.only), String::new(), String::new()),
             alone("  in another class", links.class.to_string(), String::new()),
@@ -333,17 +338,27 @@ impl CompareReport {
                 percent(picture.relative(picture.max)),
                 format!("pixel {} {}", picture.worst[0], picture.worst[1]),
             ),
-            row(
-                "shadow rays a second and thread (M)",
-                rates.map(|rate| format!("{:.3}", 1e-6 * rate.median)),
-                format!("{ratio:.2} times"),
-                spread,
-            ),
+        ]
+    }
+
+    /// How fast each tracer is, the ratio, and how far measurements spread.
+    pub(super) fn speed_rows(&self) -> Vec<[String; 5]> {
+        let row = |name: &str, [a, b]: [String; 2], ratio: f64, spread: String| {
+            [name.to_owned(), a, b, format!("{ratio:.2} times"), spread]
+        };
+        let seconds = |name: &str, seconds: [f64; 2]| {
+            let ratio = seconds[1] / seconds[0].max(f64::MIN_POSITIVE);
+            row(name, seconds.map(|s| format!("{s:.3}")), ratio, String::new())
+        };
+        let rates = self.rays_per_second;
+        let ratio = rates[0].median / rates[1].median.max(f64::MIN_POSITIVE);
+        let spread = format!("±{:.1} %, ±{:.1} %", 100.0 * rates[0].relative(), 100.0 * rates[1].relative());
+        let shown = rates.map(|rate| format!("{:.3}", 1e-6 * rate.median));
+        vec![
+            row("shadow rays a second and thread (M)", shown, ratio, spread),
             seconds("solve (s)", self.solve_seconds),
             seconds("render (s)", self.render_seconds),
-        ];
-        let [native, other] = self.tracers.clone();
-        aligned(&[String::new(), native, other, "difference".to_owned(), String::new()], &rows)
+        ]
     }
 }
 
