@@ -247,9 +247,11 @@ impl CompareReport {
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
-            "The light differs by {:.4} % of what surfaces reflect (root mean square), the pictures by {:.4} %.",
+            "The light differs by {:.4} % of what surfaces reflect (root mean square), the pictures by {:.4} %; \
+             to the eye by {:.6} on a scale from 0 to 1 (mean FLIP).",
             100.0 * self.exitance.relative_rms(),
-            100.0 * self.picture.relative(self.picture.rmse)
+            100.0 * self.picture.relative(self.picture.rmse),
+            self.picture.flip
         );
         let [fast, slow] = self.rays_per_second.map(|rate| rate.median);
         if fast > 0.0 && slow > 0.0 {
@@ -338,6 +340,7 @@ impl CompareReport {
                 percent(picture.relative(picture.max)),
                 format!("pixel {} {}", picture.worst[0], picture.worst[1]),
             ),
+            alone("picture, mean FLIP", format!("{:.6}", picture.flip), String::new()),
         ]
     }
 

@@ -92,7 +92,7 @@ pub(super) fn profile(found: &Profile, title: String) -> Plot<'static> {
         let ProfiledRun { strategy, tracer, rays, .. } = run;
         let name = format!("{strategy}, {tracer}");
         let at = (run.visibility_seconds.median, 100.0 * run.visibility_error.mean);
-        let point = (at, format!("{rays} rays"));
+        let point = (at, if title.is_empty() { rays.to_string() } else { format!("{rays} rays") });
         match curves.iter_mut().find(|curve| curve.name == name) {
             Some(curve) => curve.points.push(point),
             None => curves.push(Curve { name, points: vec![point] }),

@@ -13,7 +13,7 @@ use crate::compare::{Standing, Tally};
 use crate::image::write::OutputError;
 
 /// Answers that are listed one by one; the record has them all.
-const LISTED: usize = 60;
+const LISTED: usize = 40;
 
 /// The pictures as they are shown, PNG: native, fallback, and their difference.
 pub struct Shown {
@@ -73,12 +73,13 @@ fn pictures(report: &CompareReport, shown: Shown) -> Markup {
     let [a, b, both] = shown.files;
     let [a, b, both] = [(a, 0), (b, 1), (both, 2)].map(|(png, i)| Image { png, name: names[i].clone() });
     let words = format!(
-        "The difference, {} times as bright. Root mean square {:.4} % of the mean radiance, largest {:.4} % at pixel {} {}.",
+        "The difference, {} times as bright. Root mean square {:.4} % of the mean radiance, largest {:.4} % at pixel {} {}; mean FLIP {:.6}.",
         shown.gain,
         100.0 * difference.relative(difference.rmse),
         100.0 * difference.relative(difference.max),
         difference.worst[0],
-        difference.worst[1]
+        difference.worst[1],
+        difference.flip
     );
     html! {
         div.pictures {
@@ -162,13 +163,17 @@ fn worst(report: &CompareReport) -> Markup {
         @if rows.is_empty() {
             p { "There are none: every answer is the referee's." }
         } @else {
-            p {
-                "Worst first; places and distances in scene units. "
-                @if report.worst.len() > LISTED {
-                    "These are the first " (LISTED) " of " (report.worst.len()) "; " code { "--json" } " writes all."
+            // Open where there is something to see: rounding alone is no news.
+            details open[report.worst[0].standings.contains(&Standing::Wrong)] {
+                summary { (rows.len()) " of the answers that are not the referee's, worst first" }
+                p {
+                    "Places and distances in scene units. "
+                    @if report.worst.len() > LISTED {
+                        code { "--json" } " writes all " (report.worst.len()) " that were kept."
+                    }
                 }
+                (table("Answers that are not the referee's", &heads, &rows, None))
             }
-            (table("Answers that are not the referee's", &heads, &rows, None))
         }
     }
 }
@@ -183,12 +188,19 @@ fn standing(standing: Standing) -> &'static str {
 }
 
 fn differences(report: &CompareReport) -> Markup {
-    let heads = report.work_heads();
+    let heads = heads_of(report, "where");
     let rows = read(report.difference_rows());
     html! {
         p { "Light relative to what surfaces reflect in the mean, pictures to the mean of the first." }
         (table("What differs, and where most", &heads, &rows, None))
     }
+}
+
+/// Every column has a name here, since it is pressed.
+fn heads_of(report: &CompareReport, last: &str) -> Vec<String> {
+    let mut heads = report.work_heads();
+    (heads[0], heads[4]) = ("of".to_owned(), last.to_owned());
+    heads.to_vec()
 }
 
 fn read(rows: Vec<[String; 5]>) -> Vec<Vec<Cell>> {
@@ -218,6 +230,6 @@ fn speed(report: &CompareReport) -> Result<Markup, String> {
     Ok(html! {
         (bar_chart("Shadow rays: more is better; the thin line goes from least to most", &report.tracers, &rates)?)
         (bar_chart("Wall-clock time, all threads: less is better", &report.tracers, &times)?)
-        (table("Speed", &report.work_heads(), &rows, None))
+        (table("Speed", &heads_of(report, "spread"), &rows, None))
     })
 }

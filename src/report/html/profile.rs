@@ -80,11 +80,11 @@ fn summary(found: &Profile) -> Vec<String> {
         seconds(yardstick),
         percent(error(yardstick))
     ));
-    if let Some(run) = least(&seconds) {
-        words.push(format!("The fastest is {}: {}.", run.name(), about(run)));
-    }
-    if let Some(run) = least(&error) {
-        words.push(format!("The most exact is {}: {}.", run.name(), about(run)));
+    for (what, best) in [("fastest", least(&seconds)), ("most exact", least(&error))] {
+        words.extend(best.map(|run| match std::ptr::eq(run, yardstick) {
+            true => format!("It is the {what}."),
+            false => format!("The {what} is {}: {}.", run.name(), about(run)),
+        }));
     }
     words
 }
@@ -94,7 +94,7 @@ fn error_against_time(found: &Profile) -> Result<Markup, String> {
     let plot = plot::profile(found, String::new());
     Ok(html! {
         p {
-            "Further to the left is faster, further down is more exact. The error is how far the visibility of the "
+            "Further to the left is faster, further down is more exact; points are named by their rays for a pair. The error is how far the visibility of the "
             "links is from that of 256 rays, in the mean over links by the power they carry."
         }
         (curves("Visibility error (%) against seconds in visibility, over all threads", &names, &plot)?)
