@@ -220,6 +220,7 @@ fn replay_failure(error: ReplayError) -> CliError {
 
 #[cfg(test)]
 mod tests {
+    use super::super::args::{Arguments, Verb};
     use super::super::errors::ExitKind;
     use super::*;
     use crate::progress::Silent;
@@ -227,6 +228,7 @@ mod tests {
     use crate::scene;
     use crate::tracer::{Candidates, FallbackTracer, FilterAudit, Hit, Interval, NO_FACET, Ray, Segment};
     use crate::visibility::{Strategy, VisibilityOptions};
+    use clap::Parser;
 
     /// A side of the short box that throws a shadow.
     const BOX_SIDE: u32 = 14;
@@ -263,8 +265,8 @@ mod tests {
         }
     }
 
-    /// The verdict on the Cornell box with a tracer and one that is blind to a facet.
-    fn verdict_on(facet: u32) -> (Result<(), CliError>, CompareReport) {
+    /// The answer for the Cornell box with a tracer and one that is blind to a facet.
+    fn answer_for(facet: u32, config: &CompareConfig) -> (Result<(), CliError>, CompareReport) {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell-box/scene.toml");
         let scene = scene::load(&path, &Default::default(), &Silent).expect("a scene of the project");
         let hierarchy = Hierarchy::build(&scene, false, &Silent);
@@ -285,19 +287,42 @@ mod tests {
             square_meters: 1.0,
         };
         let blind = Blind(&tracer, facet);
-        let (found, _) = compare(&hierarchy, [&tracer, &blind], &options, &Silent);
+        let (found, pictures) = compare(&hierarchy, [&tracer, &blind], &options, &Silent);
         let report = CompareReport::new(&scene.name, ["fallback", "blind"], 1, &hierarchy, &found);
-        (verdict(&report), report)
+        let answered = answer(config, &hierarchy, &found, &report, &pictures, &Setup::default());
+        (answered, report)
+    }
+
+    /// Everything that is written, into this folder.
+    fn config(folder: &Path) -> CompareConfig {
+        let file = |name: &str| folder.join(name).to_string_lossy().into_owned();
+        let files = [file("a.json"), file("a.replay"), file("a.html"), file("pictures")];
+        let options = ["--json", "--replay-file", "--html", "-o"];
+        let options = options.iter().zip(&files).flat_map(|(option, file)| [*option, file.as_str()]);
+        let typed =
+            Arguments::try_parse_from(["lightshaft", "compare", "a.toml", "-q"].into_iter().chain(options));
+        match typed.expect("the grammar accepts this").verb {
+            Verb::Compare(typed) => CompareConfig::check(*typed).expect("options that fit each other"),
+            other => panic!("{other:?}"),
+        }
     }
 
     #[test]
     fn a_tracer_that_is_blind_to_one_facet_ends_with_code_9_and_the_place() {
-        let (same, report) = verdict_on(NO_FACET);
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let config = config(folder.path());
+        let page = || std::fs::read_to_string(folder.path().join("a.html")).expect("a page");
+        let (same, report) = answer_for(NO_FACET, &config);
+        assert!(page().contains("The tracers agree."));
         assert!(same.is_ok() && report.agree, "{}", report.text());
         assert_eq!((report.links.share(), report.exitance.max, report.picture.max), (0.0, 0.0, 0.0));
 
         // Facets of the two boxes, the last but for the walls.
-        let (different, report) = verdict_on(BOX_SIDE);
+        let (different, report) = answer_for(BOX_SIDE, &config);
+        for name in ["a.json", "a.replay", "pictures/difference.png"] {
+            assert!(folder.path().join(name).is_file(), "{name} is written all the same");
+        }
+        assert!(page().contains("The tracers disagree: ") && page().contains("WRONG"));
         let error = different.expect_err("the tracers disagree");
         assert_eq!((error.kind(), error.kind().code()), (ExitKind::TracersDisagree, 9));
         let message = error.to_string();

@@ -32,9 +32,9 @@ const GAP: i32 = 10;
 /// Left of the bars, for the line they stand on.
 const LEFT: i32 = 2;
 
-/// About the width of a character at [`FONT`], pixels.
+/// Size of letters as the library counts it, which is a quarter more than pixels, and about the width of one, pixels.
+const FONT: u32 = 16;
 const CHARACTER: f64 = 7.5;
-const FONT: u32 = 13;
 
 /// As SVG of this width, pixels; as high as it has to be.
 ///
@@ -58,7 +58,7 @@ pub(super) fn svg(groups: &[Group], width: u32) -> Result<String, String> {
     let failed = |error: DrawingAreaErrorKind<_>| error.to_string();
     let mut top = 0;
     for group in groups {
-        let name = Text::new(group.name.clone(), (0, top + 3), ("sans-serif", FONT));
+        let name = Text::new(group.name.clone(), (0, top + 1), ("sans-serif", FONT));
         area.draw(&name).map_err(failed)?;
         top += NAME;
         let bottom = top + BAR * group.bars.len() as i32;
@@ -78,7 +78,7 @@ pub(super) fn svg(groups: &[Group], width: u32) -> Result<String, String> {
                 }
                 after = after.max(to);
             }
-            let value = Text::new(bar.text.clone(), (after + 6, top + 2), ("sans-serif", FONT));
+            let value = Text::new(bar.text.clone(), (after + 6, top), ("sans-serif", FONT));
             area.draw(&value).map_err(failed)?;
             top += BAR;
         }

@@ -248,10 +248,10 @@ impl CompareReport {
         let _ = writeln!(
             text,
             "The light differs by {:.4} % of what surfaces reflect (root mean square), the pictures by {:.4} %; \
-             to the eye by {:.6} on a scale from 0 to 1 (mean FLIP).",
+             to the eye by {} on a scale from 0 to 1 (mean FLIP).",
             100.0 * self.exitance.relative_rms(),
             100.0 * self.picture.relative(self.picture.rmse),
-            self.picture.flip
+            self.flip()
         );
         let [fast, slow] = self.rays_per_second.map(|rate| rate.median);
         if fast > 0.0 && slow > 0.0 {
@@ -265,6 +265,14 @@ impl CompareReport {
             );
         }
         text
+    }
+
+    /// Mean FLIP, with as many digits as say something.
+    pub(super) fn flip(&self) -> String {
+        match self.picture.flip {
+            small if small > 0.0 && small < 1e-3 => format!("{small:.1e}"),
+            other => format!("{other:.4}"),
+        }
     }
 
     fn ray_table(&self) -> String {
@@ -340,7 +348,7 @@ impl CompareReport {
                 percent(picture.relative(picture.max)),
                 format!("pixel {} {}", picture.worst[0], picture.worst[1]),
             ),
-            alone("picture, mean FLIP", format!("{:.6}", picture.flip), String::new()),
+            alone("picture, mean FLIP", self.flip(), String::new()),
         ]
     }
 
@@ -366,10 +374,10 @@ impl CompareReport {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
-    fn report(wrong: u64, squares: f64) -> CompareReport {
+    pub(in super::super) fn report(wrong: u64, squares: f64) -> CompareReport {
         let tally = Tally { name: "all".to_owned(), traced: 900, wrong: [0, wrong], ..Tally::default() };
         let exitance = ExitanceDifference {
             mean_reflected: 2.0,
@@ -425,6 +433,15 @@ mod tests {
             assert!(objection.contains(part), "{part} is missing: {objection}");
         }
         assert!(report.text().contains("THE TRACERS DISAGREE"));
+    }
+
+    #[test]
+    fn flip_is_given_with_digits_that_say_something() {
+        let mut report = report(0, 0.001);
+        for (value, text) in [(0.0, "0.0000"), (4.67e-7, "4.7e-7"), (0.012_34, "0.0123"), (1.0, "1.0000")] {
+            report.picture.flip = value;
+            assert_eq!(report.flip(), text);
+        }
     }
 
     #[test]

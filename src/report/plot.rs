@@ -98,7 +98,7 @@ pub(super) fn profile(found: &Profile, title: String) -> Plot<'static> {
             None => curves.push(Curve { name, points: vec![point] }),
         }
     }
-    let y = "visibility error, mean over links by power (%)";
+    let y = "visibility error, mean over links (%)";
     Plot { title, x: "time in visibility, all threads (s)", y, curves }
 }
 
@@ -153,7 +153,7 @@ impl Plot<'_> {
             .x_label_formatter(&|x| mark(*x))
             .y_label_formatter(&|y| mark(*y))
             .light_line_style(TRANSPARENT)
-            .label_style(("sans-serif", 14))
+            .label_style(("sans-serif", 16))
             .draw()
             .map_err(failed)?;
         for (curve, colour) in self.curves.iter().zip(COLOURS.iter().cycle()) {
@@ -168,14 +168,14 @@ impl Plot<'_> {
                 let above = if index % 2 == 0 { 6 } else { -18 };
                 EmptyElement::at(point)
                     + Circle::new((0, 0), 4, colour.filled())
-                    + Text::new(label.to_owned(), (8, above), ("sans-serif", 13))
+                    + Text::new(label.to_owned(), (8, above), ("sans-serif", 15))
             });
             chart.draw_series(marks).map_err(failed)?;
         }
         if has_title && self.curves.len() > 1 {
             let mut legend = chart.configure_series_labels();
             legend.position(SeriesLabelPosition::UpperRight).background_style(WHITE.mix(0.8));
-            legend.border_style(BLACK).label_font(("sans-serif", 14)).draw().map_err(failed)?;
+            legend.border_style(BLACK).label_font(("sans-serif", 16)).draw().map_err(failed)?;
         }
         Ok(())
     }

@@ -73,13 +73,13 @@ fn pictures(report: &CompareReport, shown: Shown) -> Markup {
     let [a, b, both] = shown.files;
     let [a, b, both] = [(a, 0), (b, 1), (both, 2)].map(|(png, i)| Image { png, name: names[i].clone() });
     let words = format!(
-        "The difference, {} times as bright. Root mean square {:.4} % of the mean radiance, largest {:.4} % at pixel {} {}; mean FLIP {:.6}.",
+        "The difference, {} times as bright. Root mean square {:.4} % of the mean radiance, largest {:.4} % at pixel {} {}; mean FLIP {}.",
         shown.gain,
         100.0 * difference.relative(difference.rmse),
         100.0 * difference.relative(difference.max),
         difference.worst[0],
         difference.worst[1],
-        difference.flip
+        report.flip()
     );
     html! {
         div.pictures {
