@@ -10,6 +10,7 @@ import { faultsOf } from "./faults.mjs";
 import { layout, slider, sorting } from "./checks.mjs";
 
 const PHONE = 390;
+const DOES_NOT_START = 3;
 const VIEWS = [1200, PHONE].flatMap(width => ["light", "dark"].map(scheme => ({ width, scheme })));
 
 /** The browser, with the libraries and the fonts that come with it. */
@@ -19,7 +20,8 @@ async function launch() {
   setupLambdaEnvironment(join(tmpdir(), "al2023", "lib"));
   // In a container there may be no user to fall back to; only our own files are opened.
   const args = ["--no-sandbox", "--disable-dev-shm-usage"];
-  return puppeteer.launch({ args, executablePath: await chromium.executablePath(), headless: "shell" });
+  const executablePath = await chromium.executablePath();
+  return puppeteer.launch({ args, executablePath, headless: "shell", timeout: 120_000 });
 }
 
 /** Everything that is wrong with a page as it is seen here; takes a screenshot when it is told where. */
@@ -44,7 +46,10 @@ async function complaints(browser, file, { width, scheme }, screenshot) {
 }
 
 const [folder, ...files] = process.argv.slice(2);
-const browser = await launch();
+const browser = await launch().catch(error => {
+  console.log(error.message);
+  process.exit(DOES_NOT_START);
+});
 let failed = 0;
 try {
   console.log(await browser.version());

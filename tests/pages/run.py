@@ -19,6 +19,7 @@ PROJECT = HERE.parent.parent
 SCENE = PROJECT / "scenes/cornell-box/scene.toml"
 PINNED = ["requirements.txt", "package.json", "package-lock.json", ".npmrc"]
 EMBREE_NOT_USABLE = 7
+BROWSER_DOES_NOT_START = 3
 
 
 class Unavailable(Exception):
@@ -89,17 +90,8 @@ def write_pages(lightshaft, folder):
     return pages
 
 
-def main():
-    lightshaft, folder = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve()
-    folder.mkdir(parents=True, exist_ok=True)
-    try:
-        browser = provision()
-        pages = write_pages(lightshaft, folder)
-    except Unavailable as reason:
-        if os.environ.get("LIGHTSHAFT_REQUIRE_BROWSER") == "1":
-            sys.exit(f"FAILED: LIGHTSHAFT_REQUIRE_BROWSER is set, but the pages cannot be looked at: {reason}")
-        print(f"SKIPPED: the pages were not looked at: {reason}")
-        return
+def look(browser, folder, pages):
+    """The exit code of the checks: 0 when nothing is wrong with the pages."""
     # Chromium is unpacked there.
     scratch = browser / "unpacked"
     scratch.mkdir(exist_ok=True)
@@ -107,8 +99,25 @@ def main():
     # Modules are found beside the script that asks for them.
     for script in HERE.glob("*.mjs"):
         shutil.copy(script, browser)
-    result = subprocess.run([node_of(browser), browser / "look.mjs", folder, *pages], env=environment, check=False)
-    sys.exit(result.returncode)
+    command = [node_of(browser), browser / "look.mjs", folder, *pages]
+    code = subprocess.run(command, env=environment, check=False).returncode
+    if code == BROWSER_DOES_NOT_START:
+        raise Unavailable("Chromium does not start")
+    return code
+
+
+def main():
+    lightshaft, folder = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve()
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        browser = provision()
+        code = look(browser, folder, write_pages(lightshaft, folder))
+    except Unavailable as reason:
+        if os.environ.get("LIGHTSHAFT_REQUIRE_BROWSER") == "1":
+            sys.exit(f"FAILED: LIGHTSHAFT_REQUIRE_BROWSER is set, but the pages cannot be looked at: {reason}")
+        print(f"SKIPPED: the pages were not looked at: {reason}")
+        return
+    sys.exit(code)
 
 
 main()
