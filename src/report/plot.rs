@@ -157,7 +157,7 @@ impl Plot<'_> {
             .draw()
             .map_err(failed)?;
         for (curve, colour) in self.curves.iter().zip(COLOURS.iter().cycle()) {
-            let line = LineSeries::new(curve.drawn().map(|(point, _)| point), colour);
+            let line = LineSeries::new(curve.drawn().map(|(point, _)| point), colour.stroke_width(2));
             let drawn = chart.draw_series(line).map_err(failed)?;
             if has_title && self.curves.len() > 1 {
                 let mark = move |(x, y)| PathElement::new([(x, y), (x + 16, y)], colour.stroke_width(2));

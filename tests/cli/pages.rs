@@ -8,13 +8,14 @@ const PROFILE: [&str; 8] =
 #[test]
 fn a_page_of_a_profile_is_one_file_with_all_runs() {
     let folder = Folder::with_scene();
-    let options = ["adaptive,sampled", "scene.toml", "-q", "--html", "a.html", "--threads", "2"];
+    folder.write("room.toml", SCENE);
+    let options = ["adaptive,sampled", "room.toml", "-q", "--html", "a.html", "--threads", "2"];
     let run = folder.run(&[&PROFILE[..], &options].concat());
     assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{run:?}");
-    assert_eq!(folder.names(), ["a.html", "corner.obj", "scene.toml"]);
+    assert_eq!(folder.names(), ["a.html", "corner.obj", "room.toml", "scene.toml"]);
     let page = std::fs::read_to_string(folder.path("a.html")).expect("a page");
     for part in [
-        "<title>scene: where visibility time goes</title>",
+        "<title>room: where visibility time goes</title>",
         "sampled, fallback, 4 rays",
         "<svg ",
         "lightshaft profile --quality draft --repeat 1",
@@ -23,11 +24,8 @@ fn a_page_of_a_profile_is_one_file_with_all_runs() {
     ] {
         assert!(page.contains(part), "{part} is missing:\n{page}");
     }
-    let folder_of_test = folder.path("");
-    assert!(
-        !page.contains(folder_of_test.to_str().expect("a name")),
-        "where the test runs was not typed:\n{page}"
-    );
+    let above = folder.path("a.html").parent().expect("a folder").to_string_lossy().into_owned();
+    assert!(!page.contains(&above), "where the test runs was not typed:\n{page}");
 }
 
 #[test]

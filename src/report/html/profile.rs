@@ -82,7 +82,7 @@ fn summary(found: &Profile) -> Vec<String> {
     ));
     for (what, best) in [("fastest", least(&seconds)), ("most exact", least(&error))] {
         words.extend(best.map(|run| match std::ptr::eq(run, yardstick) {
-            true => format!("It is the {what}."),
+            true => format!("The {what} is {}, by which the others are measured.", run.name()),
             false => format!("The {what} is {}: {}.", run.name(), about(run)),
         }));
     }
