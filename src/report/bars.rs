@@ -67,7 +67,7 @@ pub(super) fn svg(groups: &[Group], width: u32) -> Result<String, String> {
             let colour = COLOURS[bar.colour % COLOURS.len()].filled();
             area.draw(&Rectangle::new([(LEFT, top + 2), (end, top + BAR - 2)], colour)).map_err(failed)?;
             let mut after = end;
-            if let Some((least, most)) = bar.range {
+            if let Some((least, most)) = bar.range.filter(|(least, most)| least < most) {
                 let (from, to) = (place(least), place(most));
                 for line in [
                     [(from, middle), (to, middle)],

@@ -101,10 +101,13 @@ fn error_against_time(found: &Profile) -> Result<Markup, String> {
     })
 }
 
+/// How long a bar is, from where to where measurements went, and what is written behind it.
+type Figure = (f64, Option<(f64, f64)>, String);
+
 /// A chart for each figure, a bar for each run.
 fn bars(found: &Profile) -> Result<Markup, String> {
     let (names, colours) = kinds(found);
-    let chart = |caption: &str, bar: &dyn Fn(&ProfiledRun) -> (f64, Option<(f64, f64)>, String)| {
+    let chart = |caption: &str, bar: &dyn Fn(&ProfiledRun) -> Figure| {
         let groups: Vec<Group> = found
             .runs
             .iter()
