@@ -182,7 +182,7 @@ fn figures(found: &Profile) -> Markup {
     let rows: Vec<Vec<Cell>> = found.runs.iter().map(row).collect();
     html! {
         p {
-            "V: visibility of the links against 256 rays, the mean and what one link in a thousand exceeds. "
+            "V: visibility of the links against 256 rays, the mean and what links with a thousandth of the power exceed. "
             @if has_reference { "E: irradiance at the points against the reference. " }
             "Proved: pairs whose visibility is proved, of all that refinement ended at."
         }
