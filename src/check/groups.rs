@@ -64,9 +64,8 @@ pub(super) fn spread(subject: &Subject<'_>) -> Spread {
     let least = RAYS_EACH * flights.power;
     let groups = groups(subject, &landed, least);
     let light: f64 = groups.iter().map(Group::size).sum();
-    if !(light > 0.0) {
-        // None, or no number, which has to show.
-        return Spread { deviation: light, ..Spread::default() };
+    if light <= 0.0 {
+        return Spread::default();
     }
     let (mut worst, mut squares, mut noises) = (None, 0.0, 0.0);
     for group in &groups {

@@ -158,7 +158,7 @@ fn clear_share(subject: &Subject<'_>, element: u32, link: &Link, even: &Light) -
             clear += if blocker == NO_FACET { *weight } else { 0.0 };
         }
     }
-    if !(all > 0.0) {
+    if all <= 0.0 {
         return (1.0, 0.0);
     }
     let (share, each) = (clear / all, squares / (all * all));

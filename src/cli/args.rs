@@ -194,6 +194,9 @@ pub(super) struct ProfileArgs {
     /// Trace to write: phases and what each thread did when, as JSON for chrome://tracing or ui.perfetto.dev
     #[arg(long, value_name = "FILE")]
     pub(super) trace: Option<PathBuf>,
+    /// Page to write as HTML, one file: words, plots and tables
+    #[arg(long, value_name = "FILE")]
+    pub(super) html: Option<PathBuf>,
 
     #[command(flatten)]
     pub(super) exactness: ExactnessArgs,
@@ -241,7 +244,7 @@ pub(super) struct CompareArgs {
     #[arg(long, value_name = "FILE")]
     pub(super) replay_file: Option<PathBuf>,
     /// Instead of all that, trace the rays of such a file one by one and tell everything about them
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["rays", "repeat", "output", "replay_file", "json"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["rays", "repeat", "output", "replay_file", "json", "html"])]
     pub(super) replay: Option<PathBuf>,
 
     #[command(flatten)]
@@ -261,6 +264,9 @@ pub(super) struct CompareArgs {
     /// Write what was found as JSON
     #[arg(long, value_name = "FILE", help_heading = "Report")]
     pub(super) json: Option<PathBuf>,
+    /// Write what was found as a page, one HTML file: words, pictures, plots and tables
+    #[arg(long, value_name = "FILE", help_heading = "Report")]
+    pub(super) html: Option<PathBuf>,
     /// Print nothing but errors
     #[arg(short, long, help_heading = "Report")]
     pub(super) quiet: bool,

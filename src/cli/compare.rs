@@ -7,18 +7,20 @@ use super::camera::choose_camera;
 use super::config::{CompareConfig, Pictures};
 use super::console;
 use super::errors::CliError;
+use super::setup::{self, setup};
 use super::solved::{Loaded, in_pool, solve_options};
 use crate::compare::{
-    Ask, CompareOptions, Disagreement, Question, Referee, ReplayError, Standing, compare, difference_picture,
-    distance_to_change, read_replay, write_replay,
+    Ask, CompareOptions, Comparison, Disagreement, Question, Referee, ReplayError, Standing, compare,
+    difference_picture, distance_to_change, read_replay, write_replay,
 };
 use crate::hierarchy::Hierarchy;
 use crate::image::picture::Picture;
 use crate::image::tone::Exposure;
-use crate::image::write::{OutputError, check_destination, write_picture};
+use crate::image::write::{OutputError, check_destination, png_bytes, write_picture};
 use crate::image::{RenderOptions, View};
 use crate::progress::Progress;
 use crate::report::compare::{CompareReport, DescribedDisagreement, ReplayedRay};
+use crate::report::html::{Setup, Shown, write_compare};
 use crate::report::json::write_json;
 use crate::tracer::Tracer;
 
@@ -30,7 +32,7 @@ const GAIN: f32 = 16.0;
 /// # Errors
 /// The first thing that goes wrong; when the tracers disagree, after everything has been written.
 pub(super) fn run(config: &CompareConfig) -> Result<(), CliError> {
-    for path in config.replay_file.iter().chain(&config.json) {
+    for path in config.replay_file.iter().chain(&config.json).chain(&config.html) {
         check_destination(path)?;
     }
     if let Some(places) = &config.pictures {
@@ -71,22 +73,44 @@ fn run_in_pool(config: &CompareConfig, progress: &dyn Progress) -> Result<(), Cl
     let names = tracers.map(|tracer| tracer.name());
     let threads = rayon::current_num_threads();
     let report = CompareReport::new(&loaded.scene.name, names, threads, &hierarchy, &found);
+    let mut made_with = setup(&config.run, &loaded, &hierarchy);
+    made_with.values.extend(setup::visibility(&config.run));
+    made_with.values.extend(setup::view(&options.camera, &config.view));
+    made_with.values.push(("rays made by rule", config.rays.to_string()));
+    made_with.values.push(("rays timed", format!("{} times", config.repeats)));
+    answer(config, &hierarchy, &found, &report, &pictures, &made_with)
+}
 
+/// Prints and writes what was found, whatever it is.
+///
+/// # Errors
+/// When something cannot be written; when the tracers disagree, after all is written.
+fn answer(
+    config: &CompareConfig,
+    hierarchy: &Hierarchy,
+    found: &Comparison,
+    report: &CompareReport,
+    pictures: &[Picture; 2],
+    made_with: &Setup,
+) -> Result<(), CliError> {
     if !config.run.quiet {
         console::answer(&report.text())?;
     }
     if let Some(path) = &config.json {
-        write_json(path, &report)?;
+        write_json(path, report)?;
     }
     if let Some(path) = &config.replay_file {
         let explain =
-            |worst: &Disagreement| DescribedDisagreement::new(&hierarchy, worst).line(&report.tracers);
+            |worst: &Disagreement| DescribedDisagreement::new(hierarchy, worst).line(&report.tracers);
         write_replay(path, &hierarchy.mesh, &found.rays.worst, &explain)?;
     }
     if let Some(places) = &config.pictures {
-        write_pictures(places, &pictures)?;
+        write_pictures(places, pictures)?;
     }
-    verdict(&report)
+    if let Some(path) = &config.html {
+        write_compare(path, report, shown(path, pictures)?, made_with)?;
+    }
+    verdict(report)
 }
 
 /// The error when the tracers disagree.
@@ -109,6 +133,17 @@ fn built(
     let tracers = tracer(TracerArg::Embree).and_then(|native| Ok([native, tracer(TracerArg::Fallback)?]));
     progress.finish();
     Ok((hierarchy, tracers?))
+}
+
+/// Both pictures and their difference, for the page at `path`.
+fn shown(path: &Path, [native, other]: &[Picture; 2]) -> Result<Shown, OutputError> {
+    let exposure = Exposure::Automatic.multiplier(native);
+    let png = |picture: &Picture| {
+        png_bytes(picture, Some(exposure))
+            .map_err(|message| OutputError::Encode { path: path.to_owned(), message })
+    };
+    let files = [png(native)?, png(other)?, png(&difference_picture([native, other], GAIN))?];
+    Ok(Shown { size: [native.width, native.height], files, gain: GAIN })
 }
 
 /// Both pictures with the exposure of the first, and their difference.
@@ -186,6 +221,7 @@ fn replay_failure(error: ReplayError) -> CliError {
 
 #[cfg(test)]
 mod tests {
+    use super::super::args::{Arguments, Verb};
     use super::super::errors::ExitKind;
     use super::*;
     use crate::progress::Silent;
@@ -193,6 +229,7 @@ mod tests {
     use crate::scene;
     use crate::tracer::{Candidates, FallbackTracer, FilterAudit, Hit, Interval, NO_FACET, Ray, Segment};
     use crate::visibility::{Strategy, VisibilityOptions};
+    use clap::Parser;
 
     /// A side of the short box that throws a shadow.
     const BOX_SIDE: u32 = 14;
@@ -229,8 +266,8 @@ mod tests {
         }
     }
 
-    /// The verdict on the Cornell box with a tracer and one that is blind to a facet.
-    fn verdict_on(facet: u32) -> (Result<(), CliError>, CompareReport) {
+    /// The answer for the Cornell box with a tracer and one that is blind to a facet.
+    fn answer_for(facet: u32, config: &CompareConfig) -> (Result<(), CliError>, CompareReport) {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell-box/scene.toml");
         let scene = scene::load(&path, &Default::default(), &Silent).expect("a scene of the project");
         let hierarchy = Hierarchy::build(&scene, false, &Silent);
@@ -252,19 +289,42 @@ mod tests {
             square_meters: 1.0,
         };
         let blind = Blind(&tracer, facet);
-        let (found, _) = compare(&hierarchy, [&tracer, &blind], &options, &Silent);
+        let (found, pictures) = compare(&hierarchy, [&tracer, &blind], &options, &Silent);
         let report = CompareReport::new(&scene.name, ["fallback", "blind"], 1, &hierarchy, &found);
-        (verdict(&report), report)
+        let answered = answer(config, &hierarchy, &found, &report, &pictures, &Setup::default());
+        (answered, report)
+    }
+
+    /// Everything that is written, into this folder.
+    fn config(folder: &Path) -> CompareConfig {
+        let file = |name: &str| folder.join(name).to_string_lossy().into_owned();
+        let files = [file("a.json"), file("a.replay"), file("a.html"), file("pictures")];
+        let options = ["--json", "--replay-file", "--html", "-o"];
+        let options = options.iter().zip(&files).flat_map(|(option, file)| [*option, file.as_str()]);
+        let typed =
+            Arguments::try_parse_from(["lightshaft", "compare", "a.toml", "-q"].into_iter().chain(options));
+        match typed.expect("the grammar accepts this").verb {
+            Verb::Compare(typed) => CompareConfig::check(*typed).expect("options that fit each other"),
+            other => panic!("{other:?}"),
+        }
     }
 
     #[test]
     fn a_tracer_that_is_blind_to_one_facet_ends_with_code_9_and_the_place() {
-        let (same, report) = verdict_on(NO_FACET);
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let config = config(folder.path());
+        let page = || std::fs::read_to_string(folder.path().join("a.html")).expect("a page");
+        let (same, report) = answer_for(NO_FACET, &config);
+        assert!(page().contains("The tracers agree."));
         assert!(same.is_ok() && report.agree, "{}", report.text());
         assert_eq!((report.links.share(), report.exitance.max, report.picture.max), (0.0, 0.0, 0.0));
 
         // Facets of the two boxes, the last but for the walls.
-        let (different, report) = verdict_on(BOX_SIDE);
+        let (different, report) = answer_for(BOX_SIDE, &config);
+        for name in ["a.json", "a.replay", "pictures/difference.png"] {
+            assert!(folder.path().join(name).is_file(), "{name} is written all the same");
+        }
+        assert!(page().contains("The tracers disagree: ") && page().contains("WRONG"));
         let error = different.expect_err("the tracers disagree");
         assert_eq!((error.kind(), error.kind().code()), (ExitKind::TracersDisagree, 9));
         let message = error.to_string();

@@ -89,6 +89,7 @@ pub(super) struct ProfileConfig {
     pub(super) output: Option<PathBuf>,
     pub(super) plot: Option<PathBuf>,
     pub(super) trace: Option<PathBuf>,
+    pub(super) html: Option<PathBuf>,
 }
 
 /// Everything a check needs to know.
@@ -345,7 +346,8 @@ impl ProfileConfig {
         check_extension("--output", typed.output.as_deref(), "json")?;
         check_extension("--plot", typed.plot.as_deref(), "svg")?;
         check_extension("--trace", typed.trace.as_deref(), "json")?;
-        let outputs = [typed.output.as_ref(), typed.plot.as_ref(), typed.trace.as_ref()];
+        check_extension("--html", typed.html.as_deref(), "html")?;
+        let outputs = [&typed.output, &typed.plot, &typed.trace, &typed.html].map(Option::as_ref);
         let inputs = [Some(&typed.scene), typed.points.as_ref(), typed.reference.as_ref()];
         check_distinct(&[&inputs[..], &outputs[..]].concat())?;
         if typed.exactness.certify && typed.strategies.contains(&VisibilityArg::Sampled) {
@@ -384,6 +386,7 @@ impl ProfileConfig {
             output: typed.output,
             plot: typed.plot,
             trace: typed.trace,
+            html: typed.html,
         })
     }
 }

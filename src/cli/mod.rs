@@ -14,6 +14,7 @@ mod generate;
 mod probe;
 mod profile;
 mod render;
+mod setup;
 mod solved;
 
 use std::ffi::OsString;

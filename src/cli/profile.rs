@@ -4,6 +4,7 @@ use super::config::{ProfileConfig, SolveConfig};
 use super::console;
 use super::errors::CliError;
 use super::probe::{Target, compared, probe_all};
+use super::setup::setup;
 use super::solved::{Loaded, in_pool, link_stats, solve_options};
 use crate::gather::Gatherer;
 use crate::hierarchy::Hierarchy;
@@ -13,7 +14,7 @@ use crate::radiosity::{self, Solution, VisibilityError};
 use crate::report::detail::RunDetail;
 use crate::report::profile::{Profile, ProfiledRun, Spread};
 use crate::report::trace::{self, Stage};
-use crate::report::{json, memory, plot};
+use crate::report::{html, json, memory, plot};
 use crate::tracer::Tracer;
 use crate::visibility::Strategy;
 use std::time::{Duration, Instant};
@@ -97,6 +98,9 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
     }
     if let Some(path) = &config.plot {
         plot::write_profile(path, &found)?;
+    }
+    if let Some(path) = &config.html {
+        html::write_profile(path, &found, &setup(&config.run, &loaded, &hierarchy))?;
     }
     Ok(())
 }

@@ -98,6 +98,12 @@ impl Loaded {
         build_tracer(&config, library, hierarchy, &mut self.stats.clone())
     }
 
+    /// Version and instruction set of the Embree that was found, such as `4.4.0 (AVX2)`.
+    pub(super) fn embree_version(&self) -> Option<String> {
+        let library = self.embree.as_ref()?;
+        Some(format!("{} ({})", library.version(), library.instruction_set().name()))
+    }
+
     /// Builds the hierarchy and the tracer, and solves.
     ///
     /// # Errors

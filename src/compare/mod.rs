@@ -6,6 +6,7 @@
 
 mod distance;
 mod exitance;
+mod flip;
 mod hard;
 mod links;
 mod picture;

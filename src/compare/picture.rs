@@ -1,9 +1,10 @@
 //! Two pictures of one view, pixel by pixel.
 
+use super::flip::mean_flip;
 use crate::image::picture::Picture;
 use serde::Serialize;
 
-/// Difference of radiance, W/(m²·sr).
+/// Difference of radiance, W/(m²·sr), and of what is seen.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct PictureDifference {
     /// Mean radiance of the first picture, over pixels and channels: what differences are relative to.
@@ -14,6 +15,8 @@ pub struct PictureDifference {
     pub max: f64,
     /// The pixel it is at: column and row, from 0 at the top left.
     pub worst: [u32; 2],
+    /// Mean FLIP of the tone-mapped pictures: 0 when they look the same, 1 at most.
+    pub flip: f64,
 }
 
 impl PictureDifference {
@@ -34,6 +37,7 @@ impl PictureDifference {
         }
         let count = (first.pixels.len() * 3).max(1) as f64;
         (found.mean, found.rmse) = (sum / count, (squares / count).sqrt());
+        found.flip = mean_flip([first, second]);
         found
     }
 
@@ -62,6 +66,7 @@ mod tests {
         let found = PictureDifference::between([&first, &second]);
         assert_eq!((found.mean, found.max, found.worst), (2.0, 3.0, [1, 1]));
         assert!((found.rmse - (9.0f64 / 18.0).sqrt()).abs() < 1e-12 && found.relative(found.max) == 1.5);
+        assert!(found.flip > 0.0 && PictureDifference::between([&first, &first]).flip == 0.0, "{found:?}");
         assert_eq!(difference_picture([&first, &second], 2.0).pixels[4], [0.0, 6.0, 0.0]);
     }
 }

@@ -129,10 +129,7 @@ pub fn write_picture(path: &Path, picture: &Picture, exposure: Option<f32>) -> R
     let format = PictureFormat::of(path)?;
     let (width, height) = (picture.width, picture.height);
     write_atomically(path, |file| match format {
-        PictureFormat::Png => {
-            let bytes = tone::srgb_bytes(picture, exposure);
-            PngEncoder::new(file).write_image(&bytes, width, height, ExtendedColorType::Rgb8)
-        }
+        PictureFormat::Png => write_png(file, picture, exposure),
         PictureFormat::Exr => {
             let bytes: Vec<u8> = picture.pixels.iter().flatten().flat_map(|c| c.to_ne_bytes()).collect();
             // In memory first: the encoder tells nobody that a full disk was the reason.
@@ -146,6 +143,22 @@ pub fn write_picture(path: &Path, picture: &Picture, exposure: Option<f32>) -> R
             Ok(file.write_all(encoded.get_ref())?)
         }
     })
+}
+
+/// The same PNG as [`write_picture`] writes, in memory.
+///
+/// # Errors
+/// What the encoder says when it refuses.
+pub fn png_bytes(picture: &Picture, exposure: Option<f32>) -> Result<Vec<u8>, String> {
+    debug_assert!(picture.is_consistent());
+    let mut bytes = Vec::new();
+    write_png(&mut bytes, picture, exposure).map_err(|error| error.to_string())?;
+    Ok(bytes)
+}
+
+fn write_png(to: impl Write, picture: &Picture, exposure: Option<f32>) -> image::ImageResult<()> {
+    let bytes = tone::srgb_bytes(picture, exposure);
+    PngEncoder::new(to).write_image(&bytes, picture.width, picture.height, ExtendedColorType::Rgb8)
 }
 
 /// What [`write_atomically`] writes to: buffered, and with a position.

@@ -236,7 +236,7 @@ impl CompareReport {
     }
 
     /// The summary, without the verdict.
-    fn words(&self) -> String {
+    pub(super) fn words(&self) -> String {
         let total = self.rays.last().cloned().unwrap_or_default();
         let off: u64 = total.tolerance.iter().chain(&total.edge_on).sum();
         let wrong: u64 = total.wrong.iter().sum();
@@ -247,9 +247,11 @@ impl CompareReport {
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
-            "The light differs by {:.4} % of what surfaces reflect (root mean square), the pictures by {:.4} %.",
+            "The light differs by {:.4} % of what surfaces reflect (root mean square), the pictures by {:.4} %; \
+             to the eye by {} on a scale from 0 to 1 (mean FLIP).",
             100.0 * self.exitance.relative_rms(),
-            100.0 * self.picture.relative(self.picture.rmse)
+            100.0 * self.picture.relative(self.picture.rmse),
+            self.flip()
         );
         let [fast, slow] = self.rays_per_second.map(|rate| rate.median);
         if fast > 0.0 && slow > 0.0 {
@@ -263,6 +265,14 @@ impl CompareReport {
             );
         }
         text
+    }
+
+    /// Mean FLIP, with as many digits as say something.
+    pub(super) fn flip(&self) -> String {
+        match self.picture.flip {
+            small if small > 0.0 && small < 1e-3 => format!("{small:.1e}"),
+            other => format!("{other:.4}"),
+        }
     }
 
     fn ray_table(&self) -> String {
@@ -295,6 +305,18 @@ impl CompareReport {
     }
 
     fn work_table(&self) -> String {
+        let rows = [self.difference_rows(), self.speed_rows()].concat();
+        aligned(&self.work_heads(), &rows)
+    }
+
+    /// Heads of the rows below.
+    pub(super) fn work_heads(&self) -> [String; 5] {
+        let [native, other] = self.tracers.clone();
+        [String::new(), native, other, "difference".to_owned(), String::new()]
+    }
+
+    /// Links, light and pictures: what each tracer gives, the difference, and where it is.
+    pub(super) fn difference_rows(&self) -> Vec<[String; 5]> {
         let (links, light, picture) = (&self.links, &self.exitance, &self.picture);
         let percent = |share: f64| format!("{:.4} %", 100.0 * share);
         let row = |name: &str, [a, b]: [String; 2], difference: String, place: String| {
@@ -304,14 +326,7 @@ impl CompareReport {
         let alone = |name: &str, difference: String, place: String| {
             row(name, [String::new(), String::new()], difference, place)
         };
-        let seconds = |name: &str, seconds: [f64; 2]| {
-            let ratio = seconds[1] / seconds[0].max(f64::MIN_POSITIVE);
-            row(name, seconds.map(|s| format!("{s:.3}")), format!("{ratio:.2} times"), String::new())
-        };
-        let rates = self.rays_per_second;
-        let ratio = rates[0].median / rates[1].median.max(f64::MIN_POSITIVE);
-        let spread = format!("±{:.1} %, ±{:.1} %", 100.0 * rates[0].relative(), 100.0 * rates[1].relative());
-        let rows = vec![
+        vec![
             row("links", counts(links.links), percent(links.share()), links.worst.clone()),
             row("  only in one", counts(links.only), String::new(), String::new()),
             alone("  in another class", links.class.to_string(), String::new()),
@@ -333,25 +348,36 @@ impl CompareReport {
                 percent(picture.relative(picture.max)),
                 format!("pixel {} {}", picture.worst[0], picture.worst[1]),
             ),
-            row(
-                "shadow rays a second and thread (M)",
-                rates.map(|rate| format!("{:.3}", 1e-6 * rate.median)),
-                format!("{ratio:.2} times"),
-                spread,
-            ),
+            alone("picture, mean FLIP", self.flip(), String::new()),
+        ]
+    }
+
+    /// How fast each tracer is, the ratio, and how far measurements spread.
+    pub(super) fn speed_rows(&self) -> Vec<[String; 5]> {
+        let row = |name: &str, [a, b]: [String; 2], ratio: f64, spread: String| {
+            [name.to_owned(), a, b, format!("{ratio:.2} times"), spread]
+        };
+        let seconds = |name: &str, seconds: [f64; 2]| {
+            let ratio = seconds[1] / seconds[0].max(f64::MIN_POSITIVE);
+            row(name, seconds.map(|s| format!("{s:.3}")), ratio, String::new())
+        };
+        let rates = self.rays_per_second;
+        let ratio = rates[0].median / rates[1].median.max(f64::MIN_POSITIVE);
+        let spread = format!("±{:.1} %, ±{:.1} %", 100.0 * rates[0].relative(), 100.0 * rates[1].relative());
+        let shown = rates.map(|rate| format!("{:.3}", 1e-6 * rate.median));
+        vec![
+            row("shadow rays a second and thread (M)", shown, ratio, spread),
             seconds("solve (s)", self.solve_seconds),
             seconds("render (s)", self.render_seconds),
-        ];
-        let [native, other] = self.tracers.clone();
-        aligned(&[String::new(), native, other, "difference".to_owned(), String::new()], &rows)
+        ]
     }
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
-    fn report(wrong: u64, squares: f64) -> CompareReport {
+    pub(in super::super) fn report(wrong: u64, squares: f64) -> CompareReport {
         let tally = Tally { name: "all".to_owned(), traced: 900, wrong: [0, wrong], ..Tally::default() };
         let exitance = ExitanceDifference {
             mean_reflected: 2.0,
@@ -407,6 +433,15 @@ mod tests {
             assert!(objection.contains(part), "{part} is missing: {objection}");
         }
         assert!(report.text().contains("THE TRACERS DISAGREE"));
+    }
+
+    #[test]
+    fn flip_is_given_with_digits_that_say_something() {
+        let mut report = report(0, 0.001);
+        for (value, text) in [(0.0, "0.0000"), (4.67e-7, "4.7e-7"), (0.012_34, "0.0123"), (1.0, "1.0000")] {
+            report.picture.flip = value;
+            assert_eq!(report.flip(), text);
+        }
     }
 
     #[test]

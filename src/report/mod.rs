@@ -1,10 +1,12 @@
 //! What a run did, in numbers: statistics, the findings of a check, two tracers side by side, and
-//! errors against time, as tables, as JSON and as plots.
+//! errors against time, who worked when: as tables, JSON, plots, traces and pages.
 
+mod bars;
 pub mod check;
 pub mod compare;
 pub mod convergence;
 pub mod detail;
+pub mod html;
 pub mod json;
 pub mod memory;
 pub mod plot;

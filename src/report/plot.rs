@@ -25,7 +25,7 @@ const LEAST: f64 = 1e-3;
 const MOST: f64 = 1e9;
 
 /// Told apart by most people who see few colours, and in print.
-const COLOURS: [RGBColor; 6] = [
+pub(super) const COLOURS: [RGBColor; 6] = [
     RGBColor(0, 90, 181),
     RGBColor(220, 50, 32),
     RGBColor(0, 140, 90),
@@ -35,7 +35,8 @@ const COLOURS: [RGBColor; 6] = [
 ];
 
 /// Some curves over two logarithmic axes.
-struct Plot<'a> {
+pub(super) struct Plot<'a> {
+    /// Above it; none where it is empty, and then no legend either: a page has its own.
     title: String,
     x: &'a str,
     y: &'a str,
@@ -81,35 +82,44 @@ pub fn write_convergence(path: &Path, found: &Convergence) -> Result<(), OutputE
 /// # Errors
 /// When `path` cannot be written.
 pub fn write_profile(path: &Path, found: &Profile) -> Result<(), OutputError> {
+    profile(found, format!("{}: visibility", found.scene)).write(path)
+}
+
+/// The plot of [`write_profile`] under a title.
+pub(super) fn profile(found: &Profile, title: String) -> Plot<'static> {
     let mut curves: Vec<Curve> = Vec::new();
     for run in &found.runs {
         let ProfiledRun { strategy, tracer, rays, .. } = run;
         let name = format!("{strategy}, {tracer}");
         let at = (run.visibility_seconds.median, 100.0 * run.visibility_error.mean);
-        let point = (at, format!("{rays} rays"));
+        let point = (at, if title.is_empty() { rays.to_string() } else { format!("{rays} rays") });
         match curves.iter_mut().find(|curve| curve.name == name) {
             Some(curve) => curve.points.push(point),
             None => curves.push(Curve { name, points: vec![point] }),
         }
     }
-    let plot = Plot {
-        title: format!("{}: visibility", found.scene),
-        x: "time in visibility, all threads (s)",
-        y: "visibility error, mean over links by power (%)",
-        curves,
-    };
-    plot.write(path)
+    let y = "visibility error, mean over links (%)";
+    Plot { title, x: "time in visibility, all threads (s)", y, curves }
 }
 
 impl Plot<'_> {
     fn write(&self, path: &Path) -> Result<(), OutputError> {
-        let mut text = String::new();
-        {
-            let area = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
-            let drawn = self.draw(&area).and_then(|()| area.present().map_err(|error| error.to_string()));
-            drawn.map_err(|message| OutputError::Encode { path: path.to_owned(), message })?;
-        }
+        let text =
+            self.svg(SIZE).map_err(|message| OutputError::Encode { path: path.to_owned(), message })?;
         write_atomically(path, |file| file.write_all(text.as_bytes()).map_err(FillError::Io))
+    }
+
+    /// As SVG of this size, pixels.
+    ///
+    /// # Errors
+    /// What the library for drawing says.
+    pub(super) fn svg(&self, size: (u32, u32)) -> Result<String, String> {
+        let mut text = String::new();
+        let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
+        self.draw(&area)?;
+        area.present().map_err(|error| error.to_string())?;
+        drop(area);
+        Ok(text)
     }
 
     fn range(&self, value: fn((f64, f64)) -> f64) -> std::ops::Range<f64> {
@@ -124,8 +134,11 @@ impl Plot<'_> {
     fn draw(&self, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), String> {
         let failed = |error: DrawingAreaErrorKind<_>| error.to_string();
         area.fill(&WHITE).map_err(failed)?;
-        let mut chart = ChartBuilder::on(area)
-            .caption(&self.title, ("sans-serif", 20))
+        let (mut builder, has_title) = (ChartBuilder::on(area), !self.title.is_empty());
+        if has_title {
+            builder.caption(&self.title, ("sans-serif", 20));
+        }
+        let mut chart = builder
             .margin(16)
             .x_label_area_size(48)
             .y_label_area_size(64)
@@ -140,13 +153,13 @@ impl Plot<'_> {
             .x_label_formatter(&|x| mark(*x))
             .y_label_formatter(&|y| mark(*y))
             .light_line_style(TRANSPARENT)
-            .label_style(("sans-serif", 14))
+            .label_style(("sans-serif", 16))
             .draw()
             .map_err(failed)?;
         for (curve, colour) in self.curves.iter().zip(COLOURS.iter().cycle()) {
-            let line = LineSeries::new(curve.drawn().map(|(point, _)| point), colour);
+            let line = LineSeries::new(curve.drawn().map(|(point, _)| point), colour.stroke_width(2));
             let drawn = chart.draw_series(line).map_err(failed)?;
-            if self.curves.len() > 1 {
+            if has_title && self.curves.len() > 1 {
                 let mark = move |(x, y)| PathElement::new([(x, y), (x + 16, y)], colour.stroke_width(2));
                 drawn.label(&curve.name).legend(mark);
             }
@@ -155,14 +168,14 @@ impl Plot<'_> {
                 let above = if index % 2 == 0 { 6 } else { -18 };
                 EmptyElement::at(point)
                     + Circle::new((0, 0), 4, colour.filled())
-                    + Text::new(label.to_owned(), (8, above), ("sans-serif", 13))
+                    + Text::new(label.to_owned(), (8, above), ("sans-serif", 15))
             });
             chart.draw_series(marks).map_err(failed)?;
         }
-        if self.curves.len() > 1 {
+        if has_title && self.curves.len() > 1 {
             let mut legend = chart.configure_series_labels();
             legend.position(SeriesLabelPosition::UpperRight).background_style(WHITE.mix(0.8));
-            legend.border_style(BLACK).label_font(("sans-serif", 14)).draw().map_err(failed)?;
+            legend.border_style(BLACK).label_font(("sans-serif", 16)).draw().map_err(failed)?;
         }
         Ok(())
     }

@@ -45,7 +45,7 @@ impl FallbackTracer {
     pub fn new(mesh: &TraceMesh) -> FallbackTracer {
         let count = mesh.triangles.len() as u32;
         let boxes: Vec<Bounded> =
-            (0..count).map(|triangle| Bounded(Aabb::around(mesh.corners(triangle).into_iter()))).collect();
+            (0..count).map(|triangle| Bounded(Aabb::around(mesh.corners(triangle)))).collect();
         let tree = build_cwbvh(&boxes, obvhs::BvhBuildParams::medium_build(), &mut Duration::default());
         let leaf = |&triangle: &u32| Leaf {
             corners: mesh.corners(triangle),

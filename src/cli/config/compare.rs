@@ -23,6 +23,7 @@ pub(in crate::cli) struct CompareConfig {
     /// Rays to be traced again, instead of everything else.
     pub(in crate::cli) replay: Option<PathBuf>,
     pub(in crate::cli) json: Option<PathBuf>,
+    pub(in crate::cli) html: Option<PathBuf>,
 }
 
 /// The pictures of a comparison.
@@ -40,6 +41,7 @@ impl CompareConfig {
     /// [`CliError::Usage`] when options contradict each other. No file is touched.
     pub(in crate::cli) fn check(typed: CompareArgs) -> Result<Self, CliError> {
         check_extension("--json", typed.json.as_deref(), "json")?;
+        check_extension("--html", typed.html.as_deref(), "html")?;
         if typed.visibility == VisibilityArg::All {
             return usage("--visibility all asks neither tracer, so there is nothing to compare");
         }
@@ -52,6 +54,7 @@ impl CompareConfig {
             .flat_map(|pictures| &pictures.files)
             .chain(typed.replay_file.as_ref())
             .chain(typed.json.as_ref())
+            .chain(typed.html.as_ref())
             .collect();
         let named: Vec<_> = [&typed.scene].into_iter().chain(written.iter().copied()).map(Some).collect();
         check_distinct(&named)?;
@@ -70,6 +73,7 @@ impl CompareConfig {
             replay_file: typed.replay_file,
             replay: typed.replay,
             json: typed.json,
+            html: typed.html,
         })
     }
 }

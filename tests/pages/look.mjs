@@ -1,0 +1,78 @@
+// Looks at pages in a headless Chromium: look.mjs FOLDER PAGE... Screenshots go to FOLDER. First it looks at copies
+// with a planted fault each, which it has to refuse: a check that cannot fail says nothing.
+import { readFile, writeFile } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { basename, dirname, join } from "node:path";
+import { fileURLToPath, pathToFileURL } from "node:url";
+import chromium, { inflate, setupLambdaEnvironment } from "@sparticuz/chromium";
+import puppeteer from "puppeteer-core";
+import { faultsOf } from "./faults.mjs";
+import { layout, slider, sorting } from "./checks.mjs";
+
+const PHONE = 390;
+const DOES_NOT_START = 3;
+const VIEWS = [1200, PHONE].flatMap(width => ["light", "dark"].map(scheme => ({ width, scheme })));
+
+/** The browser, with the libraries and the fonts that come with it. */
+async function launch() {
+  const bin = join(dirname(fileURLToPath(import.meta.url)), "node_modules/@sparticuz/chromium/bin");
+  await inflate(join(bin, "al2023.tar.br"));
+  setupLambdaEnvironment(join(tmpdir(), "al2023", "lib"));
+  // In a container there may be no user to fall back to; only our own files are opened.
+  const args = ["--no-sandbox", "--disable-dev-shm-usage"];
+  const executablePath = await chromium.executablePath();
+  return puppeteer.launch({ args, executablePath, headless: "shell", timeout: 120_000 });
+}
+
+/** Everything that is wrong with a page as it is seen here; takes a screenshot when it is told where. */
+async function complaints(browser, file, { width, scheme }, screenshot) {
+  const found = [];
+  const page = await browser.newPage();
+  page.on("console", message => found.push(`console, ${message.type()}: ${message.text()}`));
+  page.on("pageerror", error => found.push(`script error: ${error.message}`));
+  page.on("request", request => {
+    const url = request.url();
+    if (url !== pathToFileURL(file).href && !url.startsWith("data:")) found.push(`loads ${url}`);
+  });
+  const isPhone = width === PHONE;
+  await page.setViewport({ width, height: 844, isMobile: isPhone, hasTouch: isPhone });
+  await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: scheme }]);
+  await page.goto(pathToFileURL(file).href, { waitUntil: "load" });
+  found.push(...await page.evaluate(layout, width));
+  if (screenshot) await page.screenshot({ path: screenshot, fullPage: true });
+  found.push(...await sorting(page), ...await slider(page));
+  await page.close();
+  return found;
+}
+
+const [folder, ...files] = process.argv.slice(2);
+const browser = await launch().catch(error => {
+  console.log(error.message);
+  process.exit(DOES_NOT_START);
+});
+let failed = 0;
+try {
+  console.log(await browser.version());
+  for (const file of files) {
+    const text = await readFile(file, "utf8");
+    for (const { name, plant, complaint, view } of faultsOf(text)) {
+      const planted = join(folder, `planted-${basename(file)}`);
+      await writeFile(planted, plant(text));
+      const found = await complaints(browser, planted, { ...VIEWS[0], ...view });
+      if (plant(text) === text || !found.some(line => line.includes(complaint))) {
+        console.log(`FAILED: ${basename(file)}, planted fault not noticed: ${name}; found: ${found.slice(0, 3).join("; ")}`);
+        failed += 1;
+      }
+    }
+    for (const view of VIEWS) {
+      const name = `${basename(file, ".html")}-${view.width}-${view.scheme}`;
+      const found = await complaints(browser, file, view, join(folder, `${name}.png`));
+      found.forEach(line => console.log(`FAILED: ${name}: ${line}`));
+      failed += found.length;
+      if (found.length === 0) console.log(`${name}: as it should be`);
+    }
+  }
+} finally {
+  await browser.close();
+}
+process.exit(failed === 0 ? 0 : 1);
