@@ -8,6 +8,7 @@ mod compare;
 mod figures;
 mod profile;
 mod table;
+mod work;
 
 pub use compare::{Shown, write_compare};
 pub use profile::write_profile;

@@ -8,8 +8,8 @@ use super::super::bars::{Bar, Group};
 use super::super::plot;
 use super::super::profile::{Profile, ProfiledRun};
 use super::figures::{bar_chart, curves};
-use super::table::{Cell, table};
-use super::{Page, Section, Setup};
+use super::table::{Cell, decimals, table};
+use super::{Page, Section, Setup, work};
 use crate::image::write::OutputError;
 
 /// Writes the page to `path`, whole or not at all.
@@ -29,6 +29,8 @@ pub(super) fn page(found: &Profile) -> Result<Page, String> {
         sections: vec![
             Section { heading: "Error against time", body: error_against_time(found)? },
             Section { heading: "Run by run", body: bars(found)? },
+            Section { heading: "Where the time goes", body: work::seconds(found)? },
+            Section { heading: "What settled pairs, and their sizes", body: work::pairs(found)? },
             Section { heading: "All figures", body: figures(found) },
         ],
     })
@@ -161,10 +163,6 @@ const COLUMNS: [Column; 15] = [
     ("proved (%)", |run| decimals(100.0 * run.certified_share, 1)),
     ("memory (MB)", |run| Cell::count(run.peak_rss_bytes >> 20)),
 ];
-
-fn decimals(value: f64, digits: usize) -> Cell {
-    Cell::number(value, format!("{value:.digits$}"))
-}
 
 fn figures(found: &Profile) -> Markup {
     let mut heads: Vec<String> = COLUMNS.iter().map(|(head, _)| (*head).to_owned()).collect();

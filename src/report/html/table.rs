@@ -32,6 +32,11 @@ impl Cell {
     }
 }
 
+/// A number with this many digits after the point.
+pub(super) fn decimals(value: f64, digits: usize) -> Cell {
+    Cell::number(value, format!("{value:.digits$}"))
+}
+
 /// A table under its name; `last` stays at the bottom however the others are sorted.
 pub(super) fn table(name: &str, heads: &[String], rows: &[Vec<Cell>], last: Option<&[Cell]>) -> Markup {
     let is_number: Vec<bool> =

@@ -1,0 +1,137 @@
+//! Where the work of each run went, on the page of a profile: steps, phases, what settled pairs, their sizes,
+//! histograms.
+
+use maud::{Markup, html};
+
+use super::super::bars::{Bar, Group};
+use super::super::detail::{RunDetail, Seconds};
+use super::super::profile::{Profile, ProfiledRun};
+use super::figures::bar_chart;
+use super::table::{Cell, decimals, table};
+use crate::visibility::Bin;
+
+/// Seconds of all runs, by step and by phase.
+pub(super) fn seconds(found: &Profile) -> Result<Markup, String> {
+    let steps = parts_of_runs("Seconds in visibility tests by step, over all threads", found, |detail| {
+        &detail.steps
+    })?;
+    let phases = parts_of_runs("Seconds by phase, as the clock on the wall tells them", found, |detail| {
+        &detail.phases
+    })?;
+    Ok(html! {
+        p { "Rays include the candidate filter. The steps of one test in eight are timed and stand for all." }
+        (steps) (phases)
+    })
+}
+
+/// A group of bars for each run, one for each part that took any time.
+fn parts_of_runs(
+    caption: &str,
+    found: &Profile,
+    parts: impl Fn(&RunDetail) -> &Vec<Seconds>,
+) -> Result<Markup, String> {
+    let group = |run: &ProfiledRun| {
+        let all: f64 = parts(&run.detail).iter().map(|part| part.seconds).sum();
+        let bar = |part: &Seconds| Bar {
+            value: part.seconds,
+            range: None,
+            text: format!(
+                "{} {:.3} s, {:.0} %",
+                part.name,
+                part.seconds,
+                100.0 * part.seconds / all.max(f64::MIN_POSITIVE)
+            ),
+            colour: 0,
+        };
+        let bars = parts(&run.detail).iter().filter(|part| part.seconds > 0.0).map(bar).collect();
+        Group { name: run.name(), bars }
+    };
+    bar_chart(caption, &[], &found.runs.iter().map(group).collect::<Vec<_>>())
+}
+
+/// What settled the pairs of each run, and their sizes; the first run is open.
+pub(super) fn pairs(found: &Profile) -> Result<Markup, String> {
+    let runs = found.runs.iter().map(|run| Ok((run.name(), pairs_of(&run.detail)?)));
+    let runs: Vec<(String, Markup)> = runs.collect::<Result<_, String>>()?;
+    Ok(html! {
+        p { "Pairs of nodes that refinement came to. A level halves the size: of level 0 are pairs as large as the scene." }
+        @for (index, (name, body)) in runs.iter().enumerate() {
+            details open[index == 0] { summary { (name) } (body) }
+        }
+    })
+}
+
+fn pairs_of(detail: &RunDetail) -> Result<Markup, String> {
+    let words = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<String>>();
+    let answers: Vec<Vec<Cell>> = detail
+        .answers
+        .iter()
+        .filter(|row| row.pairs > 0)
+        .map(|row| {
+            let per_pair = |amount: f64| decimals(amount / row.pairs as f64, 2);
+            vec![
+                Cell::words(row.name),
+                Cell::words(row.class),
+                Cell::count(row.pairs),
+                Cell::count(row.rays),
+                per_pair(row.rays as f64),
+                decimals(row.seconds, 3),
+                per_pair(1e6 * row.seconds),
+            ]
+        })
+        .collect();
+    let levels: Vec<Vec<Cell>> = detail
+        .levels
+        .iter()
+        .map(|row| {
+            let counts =
+                [row.pairs, row.dark, row.inherited, row.visible, row.invisible, row.partial, row.rays];
+            let mut cells = vec![Cell::count(row.level as u64), decimals(row.radius, 3)];
+            cells.extend(counts.map(Cell::count));
+            cells.push(decimals(row.seconds, 3));
+            cells
+        })
+        .collect();
+    let histograms = [
+        ("Rays of a pair", &detail.rays_per_pair),
+        ("Facets left in a shaft", &detail.candidates_per_shaft),
+        ("Calls of the candidate filter for a pair", &detail.filter_calls_per_pair),
+    ];
+    let histograms = histograms.map(|(name, bins)| histogram(name, bins));
+    let histograms = histograms.into_iter().collect::<Result<Vec<Markup>, String>>()?;
+    Ok(html! {
+        (table(
+            "By what settled them",
+            &words(&["settled by", "class", "pairs", "rays", "rays a pair", "seconds", "µs a pair"]),
+            &answers,
+            None,
+        ))
+        (table(
+            "By the size of the larger node; radius in scene units, seconds over all threads",
+            &words(&[
+                "level", "radius up to", "pairs", "dark", "inherited", "visible", "invisible", "partial", "rays", "seconds",
+            ]),
+            &levels,
+            None,
+        ))
+        @for histogram in &histograms { (histogram) }
+    })
+}
+
+/// A bar for each bin up to the last that is not empty.
+fn histogram(caption: &str, bins: &[Bin]) -> Result<Markup, String> {
+    let last = bins.iter().rposition(|bin| bin.count > 0).map_or(0, |last| last + 1);
+    let bars = bins[..last].iter().map(|bin| Bar {
+        value: bin.count as f64,
+        range: None,
+        text: match bin.from == bin.to {
+            true => format!("{}: {}", bin.from, bin.count),
+            false => format!("{} to {}: {}", bin.from, bin.to, bin.count),
+        },
+        colour: 0,
+    });
+    if last == 0 {
+        return Ok(html! {});
+    }
+    bar_chart(caption, &[], &[Group { name: "value: how often".to_owned(), bars: bars.collect() }])
+}
