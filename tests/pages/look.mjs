@@ -21,6 +21,11 @@ async function launch() {
   // In a container there may be no user to fall back to; only our own files are opened.
   const args = ["--no-sandbox", "--disable-dev-shm-usage"];
   const executablePath = await chromium.executablePath();
+  // Its own list of fonts names places that need not be there.
+  const fonts = join(tmpdir(), "fonts");
+  const places = `<dir>${join(fonts, "fonts")}</dir><cachedir>${join(fonts, "cache")}</cachedir>`;
+  await writeFile(join(fonts, "fonts.conf"), `<?xml version="1.0"?><fontconfig>${places}</fontconfig>`);
+  process.env.FONTCONFIG_PATH = fonts;
   return puppeteer.launch({ args, executablePath, headless: "shell", timeout: 120_000 });
 }
 
@@ -38,6 +43,8 @@ async function complaints(browser, file, { width, scheme }, screenshot) {
   await page.setViewport({ width, height: 844, isMobile: isPhone, hasTouch: isPhone });
   await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: scheme }]);
   await page.goto(pathToFileURL(file).href, { waitUntil: "load" });
+  // What is folded away has to hold, too.
+  await page.evaluate(() => document.querySelectorAll("details").forEach((folded) => { folded.open = true; }));
   found.push(...await page.evaluate(layout, width));
   if (screenshot) await page.screenshot({ path: screenshot, fullPage: true });
   found.push(...await sorting(page), ...await slider(page));

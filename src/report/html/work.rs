@@ -12,41 +12,42 @@ use crate::visibility::Bin;
 
 /// Seconds of all runs, by step and by phase.
 pub(super) fn seconds(found: &Profile) -> Result<Markup, String> {
-    let steps = parts_of_runs("Seconds in visibility tests by step, over all threads", found, |detail| {
-        &detail.steps
-    })?;
-    let phases = parts_of_runs("Seconds by phase, as the clock on the wall tells them", found, |detail| {
-        &detail.phases
-    })?;
+    let groups: Vec<Group> = found.runs.iter().map(steps_of).collect();
+    let steps = bar_chart("Seconds in visibility tests by step, over all threads", &[], &groups)?;
     Ok(html! {
         p { "Rays include the candidate filter. The steps of one test in eight are timed and stand for all." }
-        (steps) (phases)
+        (steps) (phases(found))
     })
 }
 
-/// A group of bars for each run, one for each part that took any time.
-fn parts_of_runs(
-    caption: &str,
-    found: &Profile,
-    parts: impl Fn(&RunDetail) -> &Vec<Seconds>,
-) -> Result<Markup, String> {
-    let group = |run: &ProfiledRun| {
-        let all: f64 = parts(&run.detail).iter().map(|part| part.seconds).sum();
-        let bar = |part: &Seconds| Bar {
-            value: part.seconds,
-            range: None,
-            text: format!(
-                "{} {:.3} s, {:.0} %",
-                part.name,
-                part.seconds,
-                100.0 * part.seconds / all.max(f64::MIN_POSITIVE)
-            ),
-            colour: 0,
-        };
-        let bars = parts(&run.detail).iter().filter(|part| part.seconds > 0.0).map(bar).collect();
-        Group { name: run.name(), bars }
+/// A row for each run, a column for each phase that any of them has.
+fn phases(found: &Profile) -> Markup {
+    let mut names: Vec<&str> = Vec::new();
+    for phase in found.runs.iter().flat_map(|run| &run.detail.phases) {
+        if !names.contains(&phase.name) {
+            names.push(phase.name);
+        }
+    }
+    let row = |run: &ProfiledRun| {
+        let of = |name: &&str| run.detail.phases.iter().find(|phase| phase.name == *name);
+        let seconds = names.iter().map(|name| decimals(of(name).map_or(0.0, |phase| phase.seconds), 3));
+        [Cell::words(run.name())].into_iter().chain(seconds).collect()
     };
-    bar_chart(caption, &[], &found.runs.iter().map(group).collect::<Vec<_>>())
+    let heads: Vec<String> = ["run"].iter().chain(&names).map(|name| (*name).to_owned()).collect();
+    let rows: Vec<Vec<Cell>> = found.runs.iter().map(row).collect();
+    table("Seconds by phase, as the clock on the wall tells them", &heads, &rows, None)
+}
+
+/// A bar for each step that took any time.
+fn steps_of(run: &ProfiledRun) -> Group {
+    let steps = &run.detail.steps;
+    let all: f64 = steps.iter().map(|step| step.seconds).sum();
+    let bar = |step: &Seconds| {
+        let share = 100.0 * step.seconds / all.max(f64::MIN_POSITIVE);
+        let text = format!("{} {:.3} s, {share:.0} %", step.name, step.seconds);
+        Bar { value: step.seconds, range: None, text, colour: 0 }
+    };
+    Group { name: run.name(), bars: steps.iter().filter(|step| step.seconds > 0.0).map(bar).collect() }
 }
 
 /// What settled the pairs of each run, and their sizes; the first run is open.
