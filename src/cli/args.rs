@@ -22,6 +22,9 @@ pub(super) enum Verb {
     /// Solve a scene and render a picture of it
     #[command(after_help = exit_codes_help())]
     Render(Box<RenderArgs>),
+    /// Solve a scene once and keep the solution in a file, for --solution of other commands
+    #[command(after_help = exit_codes_help())]
+    Solve(Box<SolveArgs>),
     /// Solve a scene and print the irradiance at points of it
     #[command(after_help = exit_codes_help())]
     Probe(Box<ProbeArgs>),
@@ -52,6 +55,28 @@ pub(super) enum Verb {
 }
 
 #[derive(Debug, Args)]
+pub(super) struct SolveArgs {
+    /// Scene description (.toml) or a bare mesh (.obj)
+    #[arg(value_name = "SCENE")]
+    pub(super) scene: PathBuf,
+    /// Solution file to write (.lsol), for --solution of other commands
+    #[arg(short, long, value_name = "FILE")]
+    pub(super) output: PathBuf,
+
+    #[command(flatten)]
+    pub(super) solution: SolutionArgs,
+    #[command(flatten)]
+    pub(super) machine: MachineArgs,
+
+    /// Write the statistics of the run as JSON
+    #[arg(long, value_name = "FILE", help_heading = "Report")]
+    pub(super) stats: Option<PathBuf>,
+    /// Print nothing but errors
+    #[arg(short, long, help_heading = "Report")]
+    pub(super) quiet: bool,
+}
+
+#[derive(Debug, Args)]
 pub(super) struct RenderArgs {
     /// Scene description (.toml) or a bare mesh (.obj)
     #[arg(value_name = "SCENE")]
@@ -69,6 +94,8 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "KIND", help_heading = "View", value_enum, default_value_t = ViewArg::Shaded)]
     pub(super) view: ViewArg,
 
+    #[command(flatten)]
+    pub(super) stored: StoredArgs,
     #[command(flatten)]
     pub(super) solution: SolutionArgs,
     #[command(flatten)]
@@ -110,6 +137,8 @@ pub(super) struct ProbeArgs {
     #[arg(long, value_name = "FILE")]
     pub(super) reference: Option<PathBuf>,
 
+    #[command(flatten)]
+    pub(super) stored: StoredArgs,
     #[command(flatten)]
     pub(super) solution: SolutionArgs,
     #[command(flatten)]
@@ -208,6 +237,8 @@ pub(super) struct CheckArgs {
     pub(super) scene: PathBuf,
 
     #[command(flatten)]
+    pub(super) stored: StoredArgs,
+    #[command(flatten)]
     pub(super) solution: SolutionArgs,
     #[command(flatten)]
     pub(super) machine: MachineArgs,
@@ -279,6 +310,18 @@ pub(super) struct PictureArgs {
     #[arg(long, value_name = "N", help_heading = "View", value_parser = whole(1, 1024), allow_negative_numbers = true)]
     pub(super) samples: Option<u32>,
 }
+
+/// A solution that is read instead of computed.
+#[derive(Debug, Args)]
+pub(super) struct StoredArgs {
+    /// Solution file that `lightshaft solve` wrote for this scene, instead of solving again
+    #[arg(long = "solution", value_name = "FILE", help_heading = "Solution", conflicts_with_all = OF_SOLVING)]
+    pub(super) stored: Option<PathBuf>,
+}
+
+/// What a solution that is there cannot follow any more: all options of [`SolutionArgs`].
+const OF_SOLVING: [&str; 8] =
+    ["quality", "epsilon", "min_size", "iterations", "certify", "one_sided", "rays", "visibility"];
 
 /// How exact the solution has to be and how visibility is decided.
 #[derive(Debug, Args)]
@@ -386,6 +429,22 @@ pub(super) enum QualityArg {
     Draft,
     Normal,
     High,
+}
+
+impl QualityArg {
+    /// As it is typed.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            QualityArg::Draft => "draft",
+            QualityArg::Normal => "normal",
+            QualityArg::High => "high",
+        }
+    }
+
+    /// The one with this name.
+    pub(super) fn named(name: &str) -> Option<Self> {
+        Self::value_variants().iter().copied().find(|quality| quality.name() == name)
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

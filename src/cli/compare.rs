@@ -63,7 +63,7 @@ fn run_in_pool(config: &CompareConfig, progress: &dyn Progress) -> Result<(), Cl
         rays: config.rays as usize,
         repeats: config.repeats,
         camera,
-        render: RenderOptions { samples: config.view.samples, view: View::Shaded },
+        render: RenderOptions { samples: config.view.samples(config.run.solve.quality), view: View::Shaded },
         square_meters: hierarchy.square_meters_per_unit(loaded.scene.meters_per_unit),
     };
     let tracers = tracers.each_ref().map(AsRef::as_ref);

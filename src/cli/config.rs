@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use super::args::{
     CheckArgs, ConvergenceArgs, ExactnessArgs, MachineArgs, PictureArgs, ProbeArgs, ProfileArgs, QualityArg,
-    RenderArgs, SolutionArgs, TracerArg, ViewArg, VisibilityArg,
+    RenderArgs, SolutionArgs, SolveArgs, TracerArg, ViewArg, VisibilityArg,
 };
 use super::errors::CliError;
 use crate::image::tone::Exposure;
@@ -21,11 +21,21 @@ pub(super) struct RunConfig {
     /// Files that will be written.
     pub(super) outputs: Vec<PathBuf>,
     pub(super) solve: SolveConfig,
+    /// A solution file, instead of solving.
+    pub(super) stored: Option<PathBuf>,
     pub(super) tracer: TracerArg,
     pub(super) embree_lib: Option<PathBuf>,
     /// Worker threads; all cores when absent.
     pub(super) threads: Option<u32>,
     pub(super) quiet: bool,
+}
+
+/// Everything that is needed to keep a solution.
+#[derive(Clone, Debug)]
+pub(super) struct KeepConfig {
+    pub(super) run: RunConfig,
+    pub(super) output: PathBuf,
+    pub(super) stats: Option<PathBuf>,
 }
 
 /// Everything a render needs to know.
@@ -93,8 +103,6 @@ pub(super) struct ProfileConfig {
 #[derive(Clone, Debug)]
 pub(super) struct CheckConfig {
     pub(super) run: RunConfig,
-    /// Whose limits hold.
-    pub(super) quality: QualityArg,
     pub(super) json: Option<PathBuf>,
 }
 
@@ -105,8 +113,8 @@ pub(super) struct ViewConfig {
     pub(super) camera: Option<String>,
     pub(super) width: Option<u32>,
     pub(super) height: Option<u32>,
-    /// Samples per pixel.
-    pub(super) samples: u32,
+    /// Samples per pixel, when typed.
+    pub(super) samples: Option<u32>,
     pub(super) exposure: Exposure,
     pub(super) kind: ViewArg,
 }
@@ -114,6 +122,8 @@ pub(super) struct ViewConfig {
 /// How the solution is computed.
 #[derive(Clone, Debug)]
 pub(super) struct SolveConfig {
+    /// Where what is not typed comes from.
+    pub(super) quality: QualityArg,
     /// Power a link may get wrong, relative to the power the receiver's irradiance brings to a wall.
     pub(super) epsilon: f64,
     /// Share of the receiver's irradiance above which partly visible pairs are split.
@@ -178,6 +188,7 @@ impl SolveConfig {
 
     fn with(typed: &ExactnessArgs, preset: &Preset, rays: Option<u32>, strategy: VisibilityArg) -> Self {
         Self {
+            quality: typed.quality,
             epsilon: typed.epsilon.unwrap_or(preset.epsilon),
             contrast: preset.contrast,
             min_size: typed.min_size,
@@ -214,6 +225,7 @@ impl RunConfig {
             scene,
             outputs,
             solve: SolveConfig::of(&solution, &preset),
+            stored: None,
             tracer: machine.tracer,
             embree_lib: machine.library.embree_lib,
             threads: machine.library.threads,
@@ -223,9 +235,29 @@ impl RunConfig {
 }
 
 impl ViewConfig {
-    fn of(typed: PictureArgs, preset: &Preset, exposure: Exposure, kind: ViewArg) -> Self {
+    fn of(typed: PictureArgs, exposure: Exposure, kind: ViewArg) -> Self {
         let PictureArgs { camera, width, height, samples } = typed;
-        Self { camera, width, height, samples: samples.unwrap_or(preset.samples), exposure, kind }
+        Self { camera, width, height, samples, exposure, kind }
+    }
+
+    /// Samples per pixel of a solution of this quality.
+    pub(super) fn samples(&self, quality: QualityArg) -> u32 {
+        self.samples.unwrap_or(Preset::of(quality).samples)
+    }
+}
+
+impl KeepConfig {
+    /// Fills in the defaults and checks what depends on several options.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`] when options contradict each other. No file is touched.
+    pub(super) fn check(typed: SolveArgs) -> Result<Self, CliError> {
+        check_extension("--output", Some(&typed.output), "lsol")?;
+        check_extension("--stats", typed.stats.as_deref(), "json")?;
+        check_distinct(&[Some(&typed.scene), Some(&typed.output), typed.stats.as_ref()])?;
+        let outputs = [Some(&typed.output), typed.stats.as_ref()].into_iter().flatten().cloned().collect();
+        let run = RunConfig::check(typed.scene, outputs, typed.solution, typed.machine, typed.quiet)?;
+        Ok(Self { run, output: typed.output, stats: typed.stats })
     }
 }
 
@@ -240,12 +272,13 @@ impl RenderConfig {
         if format == PictureFormat::Exr && typed.exposure.is_some() {
             return usage("--exposure has no use with .exr, which holds radiance as it is");
         }
-        check_distinct(&[Some(&typed.scene), Some(&typed.output), typed.stats.as_ref()])?;
+        let stored = typed.stored.stored;
+        check_distinct(&[Some(&typed.scene), stored.as_ref(), Some(&typed.output), typed.stats.as_ref()])?;
         check_extension("--stats", typed.stats.as_deref(), "json")?;
-        let preset = Preset::of(typed.solution.exactness.quality);
-        let view = ViewConfig::of(typed.picture, &preset, checked_exposure(typed.exposure)?, typed.view);
+        let view = ViewConfig::of(typed.picture, checked_exposure(typed.exposure)?, typed.view);
         let outputs = [Some(&typed.output), typed.stats.as_ref()].into_iter().flatten().cloned().collect();
         let run = RunConfig::check(typed.scene, outputs, typed.solution, typed.machine, typed.quiet)?;
+        let run = RunConfig { stored, ..run };
         Ok(Self { run, output: typed.output, format, stats: typed.stats, view })
     }
 }
@@ -262,9 +295,9 @@ impl ProbeConfig {
         if extension.as_ref().is_some_and(|e| e != "csv" && e != "json") {
             return usage("the name of the table must end in .csv or .json");
         }
-        let files =
-            [Some(&typed.scene), typed.points.as_ref(), typed.output.as_ref(), typed.reference.as_ref()];
-        check_distinct(&files)?;
+        let stored = typed.stored.stored;
+        let inputs = [Some(&typed.scene), stored.as_ref(), typed.points.as_ref(), typed.reference.as_ref()];
+        check_distinct(&[&inputs[..], &[typed.output.as_ref()]].concat())?;
         let places = match (typed.points, typed.grid) {
             (Some(_), _) if typed.spacing.is_some() => {
                 return usage("--spacing is for --grid, and has no use with --points");
@@ -273,14 +306,10 @@ impl ProbeConfig {
             (None, Some(grid)) => Places::Grid(grid, typed.spacing),
             (None, None) => return usage("give --points FILE or --grid NAME|HEIGHT"),
         };
+        let outputs = typed.output.iter().cloned().collect();
+        let run = RunConfig::check(typed.scene, outputs, typed.solution, typed.machine, typed.quiet)?;
         Ok(Self {
-            run: RunConfig::check(
-                typed.scene,
-                typed.output.iter().cloned().collect(),
-                typed.solution,
-                typed.machine,
-                typed.quiet,
-            )?,
+            run: RunConfig { stored, ..run },
             places,
             output: typed.output,
             is_json: extension.as_deref() == Some("json"),
@@ -354,6 +383,7 @@ impl ProfileConfig {
             scene: typed.scene,
             outputs: outputs.into_iter().flatten().cloned().collect(),
             solve: first,
+            stored: None,
             tracer: demanding.unwrap_or(TracerArg::Fallback),
             embree_lib: typed.machine.embree_lib,
             threads: typed.machine.threads,
@@ -381,12 +411,12 @@ impl CheckConfig {
     /// # Errors
     /// [`CliError::Usage`] when options contradict each other. No file is touched.
     pub(super) fn check(typed: CheckArgs) -> Result<Self, CliError> {
-        check_distinct(&[Some(&typed.scene), typed.json.as_ref()])?;
+        let stored = typed.stored.stored;
+        check_distinct(&[Some(&typed.scene), stored.as_ref(), typed.json.as_ref()])?;
         check_extension("--json", typed.json.as_deref(), "json")?;
-        let quality = typed.solution.exactness.quality;
         let outputs = typed.json.iter().cloned().collect();
         let run = RunConfig::check(typed.scene, outputs, typed.solution, typed.machine, typed.quiet)?;
-        Ok(Self { run, quality, json: typed.json })
+        Ok(Self { run: RunConfig { stored, ..run }, json: typed.json })
     }
 }
 
@@ -471,7 +501,8 @@ mod tests {
             draft.run.solve.epsilon > normal.run.solve.epsilon
                 && draft.run.solve.rays < normal.run.solve.rays
         );
-        assert!(draft.view.samples < normal.view.samples);
+        let samples = |config: &RenderConfig| config.view.samples(config.run.solve.quality);
+        assert!(samples(&draft) < samples(&normal));
         assert_eq!((mixed.run.solve.rays, mixed.run.solve.epsilon), (9, draft.run.solve.epsilon));
         assert_eq!(normal.run.solve.strategy, VisibilityArg::Adaptive);
     }
@@ -486,6 +517,7 @@ mod tests {
             (&["a.png", "--stats", "a.png"], "a.png"),
             (&["a.png", "--stats", "./a.png"], "a.png"),
             (&["a.png", "--stats", "a.toml"], "a.toml"),
+            (&["a.png", "--solution", "./a.png"], "a.png"),
         ] {
             match check(options) {
                 Err(CliError::Usage(message)) => assert!(message.contains(word), "{message}"),

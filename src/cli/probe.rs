@@ -49,7 +49,7 @@ fn run_in_pool(config: &ProbeConfig, progress: &dyn Progress) -> Result<(), CliE
         points = grid(&loaded.scene, text, *spacing)?;
         check(&points)?;
     }
-    let Solved { scene, hierarchy, tracer, solution, mut stats, mut clock } =
+    let Solved { scene, hierarchy, tracer, solution, mut stats, mut clock, .. } =
         loaded.solve(&config.run, progress)?;
     stats.seconds.total = clock.total();
 

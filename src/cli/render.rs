@@ -29,11 +29,11 @@ pub(super) fn run(config: &RenderConfig) -> Result<(), CliError> {
 fn run_in_pool(config: &RenderConfig, progress: &dyn Progress) -> Result<(), CliError> {
     let loaded = Loaded::load(&config.run, progress)?;
     let camera = choose_camera(&loaded.scene, &config.view)?;
-    let Solved { scene, hierarchy, tracer, solution, mut stats, mut clock } =
+    let Solved { scene, hierarchy, tracer, solution, quality, mut stats, mut clock, .. } =
         loaded.solve(&config.run, progress)?;
 
     let render_options = RenderOptions {
-        samples: config.view.samples,
+        samples: config.view.samples(quality),
         view: match config.view.kind {
             ViewArg::Shaded => View::Shaded,
             ViewArg::Mesh => View::Mesh,
