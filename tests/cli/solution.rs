@@ -31,15 +31,17 @@ fn run(folder: &Folder, arguments: &[&str]) -> Run {
 
 #[test]
 fn a_picture_of_a_file_is_that_of_its_scene_byte_by_byte() {
-    for options in [&["--tracer", "fallback"][..], &["--tracer", "auto"], &["--tracer", "auto", "--one-sided"]] {
+    for options in
+        [&["--tracer", "fallback"][..], &["--tracer", "auto"], &["--tracer", "auto", "--one-sided"]]
+    {
         let folder = solved(options);
         assert_eq!(folder.names(), ["corner.obj", "room.lsol", "scene.toml"]);
         for view in [&["--camera", "side"][..], &["--view", "mesh"], &["--width", "37", "--samples", "3"]] {
-            let render = ["render", "scene.toml", "-o"];
-            run(&folder, &[&render, &["a.exr"], &DRAFT[..], options, view].concat());
+            let render = &["render", "scene.toml", "-o"][..];
+            run(&folder, &[render, &["a.exr"], &DRAFT, options, view].concat());
             let tracer = &options[..2];
             let stored = ["b.exr", "--solution", "room.lsol", "--threads", "3"];
-            run(&folder, &[&render, &stored[..], tracer, view].concat());
+            run(&folder, &[render, &stored, tracer, view].concat());
             assert!(bytes(&folder, "a.exr") == bytes(&folder, "b.exr"), "{options:?} {view:?}");
         }
     }
@@ -52,7 +54,18 @@ fn statistics_are_those_of_the_solution_without_its_clocks() {
     assert!(told.stderr.contains("initial triangles"), "{told:?}");
     let again = run(
         &folder,
-        &["render", "scene.toml", "--solution", "room.lsol", "-o", "b.png", "--stats", "b.json", "--threads", "2"],
+        &[
+            "render",
+            "scene.toml",
+            "--solution",
+            "room.lsol",
+            "-o",
+            "b.png",
+            "--stats",
+            "b.json",
+            "--threads",
+            "2",
+        ],
     );
     assert!(again.stderr.contains("room.lsol: solved by lightshaft"), "{again:?}");
     let (mut first, mut second) = (stats(&folder, "a.json"), stats(&folder, "b.json"));
@@ -101,8 +114,11 @@ fn options_of_solving_do_not_go_with_a_file() {
         &["--certify"],
         &["--one-sided"],
     ] {
-        let commands: [&[&str]; 3] =
-            [&["render", "scene.toml", "-o", "a.png"], &["probe", "scene.toml", "--grid", "0"], &["check", "scene.toml"]];
+        let commands: [&[&str]; 3] = [
+            &["render", "scene.toml", "-o", "a.png"],
+            &["probe", "scene.toml", "--grid", "0"],
+            &["check", "scene.toml"],
+        ];
         for command in commands {
             let run = folder.run(&[command, &["--solution", "room.lsol"], option].concat());
             assert_eq!(run.code, 2, "{run:?}");
@@ -147,7 +163,13 @@ fn files_that_do_not_fit_are_named_with_what_to_do() {
     let sum = crc32fast::hash(&newer[..32]).to_le_bytes();
     newer[32..36].copy_from_slice(&sum);
     folder.write("newer.lsol", &newer);
-    refused(&folder, "scene.toml", "newer.lsol", 4, &["newer.lsol", "newer lightshaft", "format 2", "solve again"]);
+    refused(
+        &folder,
+        "scene.toml",
+        "newer.lsol",
+        4,
+        &["newer.lsol", "newer lightshaft", "format 2", "solve again"],
+    );
 
     folder.write("dark.toml", SCENE.replace("reflectance = [0.5,", "reflectance = [0.4,"));
     refused(&folder, "dark.toml", "room.lsol", 4, &["room.lsol", "materials", "solve again"]);
@@ -164,11 +186,9 @@ fn files_that_do_not_fit_are_named_with_what_to_do() {
 #[test]
 fn outputs_are_checked_before_anything_is_solved() {
     let folder = Folder::with_scene();
-    for (output, code, part) in [
-        ("room.png", 2, ".lsol"),
-        ("nowhere/room.lsol", 6, "nowhere"),
-        ("scene.toml", 2, "scene.toml"),
-    ] {
+    for (output, code, part) in
+        [("room.png", 2, ".lsol"), ("nowhere/room.lsol", 6, "nowhere"), ("scene.toml", 2, "scene.toml")]
+    {
         folder.run(&["solve", "scene.toml", "-o", output]).expect_error(code, &[part]);
     }
     std::fs::rename(folder.path("scene.toml"), folder.path("scene.lsol")).expect("renamed");

@@ -88,14 +88,18 @@ fn comes_back(name: &str, case: &Case, tracer: &dyn Tracer, strategy: Strategy) 
     assert_eq!(again.forest.cell, solved.forest.cell, "{name}: cells");
     assert_eq!(bits(&again.light), bits(&solved.light), "{name}: light");
     assert!(again.light.intensity == solved.light.intensity, "{name}: clusters");
-    assert!(again.links.links == solved.links.links && again.links.first == solved.links.first, "{name}: links");
+    assert!(
+        again.links.links == solved.links.links && again.links.first == solved.links.first,
+        "{name}: links"
+    );
     assert_eq!(again.strays.gains(), solved.strays.gains(), "{name}: stray light");
     // All that light is made of, stray light, openness and the factor too, is in the next bounce.
     let bounced = [&solved, &again].map(|s| bits(&s.after_one_more_bounce(&case.hierarchy)));
     assert!(bounced[0] == bounced[1], "{name}: another bounce differs");
     let figures = |s: &Solution| {
         let (energy, counters) = (&s.energy, &s.counters);
-        let energy = [energy.emitted, energy.absorbed, energy.escaped, energy.corrected, energy.error, s.min_size];
+        let energy =
+            [energy.emitted, energy.absorbed, energy.escaped, energy.corrected, energy.error, s.min_size];
         let counts = [counters.invisible, counters.certified_invisible, s.iterations.into()];
         let visibility = VisibilityCounters { nanoseconds: 0, ..counters.visibility };
         (energy.map(f64::to_bits), counts, visibility, s.factor.to_bits())
@@ -276,7 +280,8 @@ fn other_scenes_and_versions_are_told_apart() {
     });
     assert!(read_for(&renamed, meters, &bytes).is_ok());
 
-    for (version, part) in [(2u32, "a newer lightshaft (0.9.7, format 2"), (0, "an older lightshaft (0.9.7")] {
+    for (version, part) in [(2u32, "a newer lightshaft (0.9.7, format 2"), (0, "an older lightshaft (0.9.7")]
+    {
         let mut other = bytes.clone();
         other[8..12].copy_from_slice(&version.to_le_bytes());
         other[12..18].copy_from_slice(b"0.9.7\0");
