@@ -4,9 +4,12 @@
 use std::io::Cursor;
 use std::path::Path;
 
+use lightshaft::check::{self, Limits};
 use lightshaft::export::{Origin, SolutionFile, SolutionFileError, write_solution};
 use lightshaft::hierarchy::Hierarchy;
+use lightshaft::image::tone::{self, Exposure};
 use lightshaft::image::{self, RenderOptions, View};
+use lightshaft::math::hash_pair;
 use lightshaft::progress::Silent;
 use lightshaft::radiosity::{Forest, Light, Solution, SolveOptions};
 use lightshaft::scene::Camera;
@@ -49,6 +52,27 @@ fn small() -> (Case, Vec<u8>) {
 /// Where a section's head begins.
 fn section(bytes: &[u8], tag: &[u8; 4]) -> usize {
     bytes.windows(4).position(|window| window == tag).expect("a section with this tag")
+}
+
+/// All sections, in order, with the size of their records.
+const SECTIONS: [(&[u8; 4], usize); 10] = [
+    (b"MADE", 1),
+    (b"SCEN", 8),
+    (b"COUN", 8),
+    (b"FIGS", 8),
+    (b"TREE", 1),
+    (b"IRRA", 12),
+    (b"STRA", 4),
+    (b"OPEN", 1),
+    (b"KEPT", 8),
+    (b"LINK", 26),
+];
+
+/// Where the records of a section lie.
+fn records_of(bytes: &[u8], tag: &[u8; 4], width: usize) -> std::ops::Range<usize> {
+    let head = section(bytes, tag);
+    let count = u64::from_le_bytes(bytes[head + 4..head + 12].try_into().expect("eight bytes"));
+    head + 16..head + 16 + count as usize * width
 }
 
 /// Puts the right checksum behind bytes that were changed.
@@ -182,7 +206,7 @@ fn every_end_that_is_too_early_is_noticed() {
 #[test]
 fn lengths_that_no_file_has_are_refused_before_memory_is_asked_for() {
     let (case, bytes) = small();
-    for tag in [b"MADE", b"SCEN", b"COUN", b"FIGS", b"TREE", b"IRRA", b"STRA", b"OPEN", b"KEPT", b"LINK"] {
+    for (tag, _) in SECTIONS {
         let at = section(&bytes, tag);
         for count in [u64::MAX, u64::MAX / 8, 1 << 40, bytes.len() as u64] {
             let mut changed = bytes.clone();
@@ -214,24 +238,52 @@ fn content_that_no_solution_has_is_refused_though_its_checksums_are_right() {
         (b"LINK", 24, all(4, 1)),
     ];
     for (tag, offset, put) in cases {
-        let head = section(&bytes, tag);
-        let count = u64::from_le_bytes(bytes[head + 4..head + 12].try_into().expect("eight bytes"));
-        let width = match tag {
-            b"TREE" | b"OPEN" => 1,
-            b"IRRA" => 12,
-            b"STRA" => 4,
-            b"LINK" => 26,
-            _ => 8,
-        };
-        let data = head + 16;
+        let width = SECTIONS.iter().find(|section| section.0 == tag).expect("a section").1;
+        let data = records_of(&bytes, tag, width);
         let mut changed = bytes.clone();
-        changed[data + offset..data + offset + put.len()].copy_from_slice(&put);
+        changed[data.start + offset..data.start + offset + put.len()].copy_from_slice(&put);
         assert!(changed != bytes);
-        seal(&mut changed, data..data + count as usize * width);
+        seal(&mut changed, data);
         let error = read(&case, &changed).expect_err("content that no solution has");
         let what = format!("{} + {offset}: {error}", tag.escape_ascii());
         assert!(matches!(error, SolutionFileError::Damaged { .. }), "{what}");
     }
+}
+
+/// What is read can be looked at, however wrong it is.
+#[test]
+fn whatever_is_read_of_a_harmful_file_can_be_rendered_and_checked() {
+    let (case, bytes) = small();
+    let tracer = case.fallback();
+    let (mut read_well, mut refused) = (0, 0);
+    for number in 0..240u64 {
+        let (tag, width) = SECTIONS[2 + number as usize % (SECTIONS.len() - 2)];
+        let data = records_of(&bytes, tag, width);
+        let mut changed = bytes.clone();
+        for i in 0..1 + number % 3 {
+            let chosen = hash_pair(number, i);
+            let at = data.start + (chosen >> 8) as usize % data.len();
+            // Small numbers and single bits are more often something that could be.
+            changed[at] ^= if number % 2 == 0 { 1 << (chosen % 8) } else { chosen as u8 };
+        }
+        seal(&mut changed, data);
+        let Ok(solution) = read(&case, &changed) else {
+            refused += 1;
+            continue;
+        };
+        read_well += 1;
+        let camera = Camera { width: 16, height: 12, ..case.scene.cameras[0].clone() };
+        for view in [View::Shaded, View::Mesh] {
+            let options = RenderOptions { samples: 1, view };
+            let picture = image::render(&case.hierarchy, &tracer, &solution, &camera, options, &Silent);
+            tone::srgb_bytes(&picture, Exposure::Automatic.multiplier(&picture));
+        }
+        // That takes longer: once for every section whose numbers it looks at.
+        if (4..8).contains(&number) {
+            check::check(&case.hierarchy, &tracer, &solution, &Limits::DRAFT, &Silent);
+        }
+    }
+    assert!(read_well > 40 && refused > 20, "{read_well} were read, {refused} refused");
 }
 
 #[test]
