@@ -1,6 +1,10 @@
 //! The arguments as typed. Every number is checked for its range here; what depends on several of
 //! them, or on files, in [`super::config`].
 
+mod stored;
+
+pub(super) use stored::{SolveArgs, StoredArgs};
+
 use std::path::PathBuf;
 
 use clap::builder::{RangedU64ValueParser, TypedValueParser};
@@ -52,28 +56,6 @@ pub(super) enum Verb {
     /// Write a scene made by rule
     #[command(after_help = exit_codes_help(), arg_required_else_help = true)]
     Generate(GenerateArgs),
-}
-
-#[derive(Debug, Args)]
-pub(super) struct SolveArgs {
-    /// Scene description (.toml) or a bare mesh (.obj)
-    #[arg(value_name = "SCENE")]
-    pub(super) scene: PathBuf,
-    /// Solution file to write (.lsol), for --solution of other commands
-    #[arg(short, long, value_name = "FILE")]
-    pub(super) output: PathBuf,
-
-    #[command(flatten)]
-    pub(super) solution: SolutionArgs,
-    #[command(flatten)]
-    pub(super) machine: MachineArgs,
-
-    /// Write the statistics of the run as JSON
-    #[arg(long, value_name = "FILE", help_heading = "Report")]
-    pub(super) stats: Option<PathBuf>,
-    /// Print nothing but errors
-    #[arg(short, long, help_heading = "Report")]
-    pub(super) quiet: bool,
 }
 
 #[derive(Debug, Args)]
@@ -310,18 +292,6 @@ pub(super) struct PictureArgs {
     #[arg(long, value_name = "N", help_heading = "View", value_parser = whole(1, 1024), allow_negative_numbers = true)]
     pub(super) samples: Option<u32>,
 }
-
-/// A solution that is read instead of computed.
-#[derive(Debug, Args)]
-pub(super) struct StoredArgs {
-    /// Solution file that `lightshaft solve` wrote for this scene, instead of solving again
-    #[arg(long = "solution", value_name = "FILE", help_heading = "Solution", conflicts_with_all = OF_SOLVING)]
-    pub(super) stored: Option<PathBuf>,
-}
-
-/// What a solution that is there cannot follow any more: all options of [`SolutionArgs`].
-const OF_SOLVING: [&str; 8] =
-    ["quality", "epsilon", "min_size", "iterations", "certify", "one_sided", "rays", "visibility"];
 
 /// How exact the solution has to be and how visibility is decided.
 #[derive(Debug, Args)]

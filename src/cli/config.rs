@@ -1,14 +1,16 @@
 //! The checked configuration of a verb: every option has its value, and the options fit each other.
 
 mod compare;
+mod keep;
 
 pub(super) use compare::{CompareConfig, Pictures};
+pub(super) use keep::KeepConfig;
 
 use std::path::{Path, PathBuf};
 
 use super::args::{
     CheckArgs, ConvergenceArgs, ExactnessArgs, MachineArgs, PictureArgs, ProbeArgs, ProfileArgs, QualityArg,
-    RenderArgs, SolutionArgs, SolveArgs, TracerArg, ViewArg, VisibilityArg,
+    RenderArgs, SolutionArgs, TracerArg, ViewArg, VisibilityArg,
 };
 use super::errors::CliError;
 use crate::image::tone::Exposure;
@@ -28,14 +30,6 @@ pub(super) struct RunConfig {
     /// Worker threads; all cores when absent.
     pub(super) threads: Option<u32>,
     pub(super) quiet: bool,
-}
-
-/// Everything that is needed to keep a solution.
-#[derive(Clone, Debug)]
-pub(super) struct KeepConfig {
-    pub(super) run: RunConfig,
-    pub(super) output: PathBuf,
-    pub(super) stats: Option<PathBuf>,
 }
 
 /// Everything a render needs to know.
@@ -243,21 +237,6 @@ impl ViewConfig {
     /// Samples per pixel of a solution of this quality.
     pub(super) fn samples(&self, quality: QualityArg) -> u32 {
         self.samples.unwrap_or(Preset::of(quality).samples)
-    }
-}
-
-impl KeepConfig {
-    /// Fills in the defaults and checks what depends on several options.
-    ///
-    /// # Errors
-    /// [`CliError::Usage`] when options contradict each other. No file is touched.
-    pub(super) fn check(typed: SolveArgs) -> Result<Self, CliError> {
-        check_extension("--output", Some(&typed.output), "lsol")?;
-        check_extension("--stats", typed.stats.as_deref(), "json")?;
-        check_distinct(&[Some(&typed.scene), Some(&typed.output), typed.stats.as_ref()])?;
-        let outputs = [Some(&typed.output), typed.stats.as_ref()].into_iter().flatten().cloned().collect();
-        let run = RunConfig::check(typed.scene, outputs, typed.solution, typed.machine, typed.quiet)?;
-        Ok(Self { run, output: typed.output, stats: typed.stats })
     }
 }
 
