@@ -6,7 +6,7 @@
 //!
 //! ```text
 //! progress → unfinished → math → scene → hierarchy → shaft → tracer → visibility → radiosity → gather
-//!     → image → probe → check → compare → report → cli
+//!     → image → export → probe → check → compare → report → cli
 //! ```
 
 pub mod progress;
@@ -14,6 +14,7 @@ pub mod progress;
 pub mod check;
 pub mod cli;
 pub mod compare;
+pub mod export;
 pub mod gather;
 pub mod hierarchy;
 pub mod image;

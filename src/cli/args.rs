@@ -1,6 +1,10 @@
 //! The arguments as typed. Every number is checked for its range here; what depends on several of
 //! them, or on files, in [`super::config`].
 
+mod stored;
+
+pub(super) use stored::{SolveArgs, StoredArgs};
+
 use std::path::PathBuf;
 
 use clap::builder::{RangedU64ValueParser, TypedValueParser};
@@ -22,6 +26,9 @@ pub(super) enum Verb {
     /// Solve a scene and render a picture of it
     #[command(after_help = exit_codes_help())]
     Render(Box<RenderArgs>),
+    /// Solve a scene once and keep the solution in a file, for --solution of other commands
+    #[command(after_help = exit_codes_help())]
+    Solve(Box<SolveArgs>),
     /// Solve a scene and print the irradiance at points of it
     #[command(after_help = exit_codes_help())]
     Probe(Box<ProbeArgs>),
@@ -70,6 +77,8 @@ pub(super) struct RenderArgs {
     pub(super) view: ViewArg,
 
     #[command(flatten)]
+    pub(super) stored: StoredArgs,
+    #[command(flatten)]
     pub(super) solution: SolutionArgs,
     #[command(flatten)]
     pub(super) machine: MachineArgs,
@@ -110,6 +119,8 @@ pub(super) struct ProbeArgs {
     #[arg(long, value_name = "FILE")]
     pub(super) reference: Option<PathBuf>,
 
+    #[command(flatten)]
+    pub(super) stored: StoredArgs,
     #[command(flatten)]
     pub(super) solution: SolutionArgs,
     #[command(flatten)]
@@ -213,6 +224,8 @@ pub(super) struct CheckArgs {
     #[arg(value_name = "SCENE")]
     pub(super) scene: PathBuf,
 
+    #[command(flatten)]
+    pub(super) stored: StoredArgs,
     #[command(flatten)]
     pub(super) solution: SolutionArgs,
     #[command(flatten)]
@@ -403,6 +416,22 @@ pub(super) enum QualityArg {
     Draft,
     Normal,
     High,
+}
+
+impl QualityArg {
+    /// As it is typed.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            QualityArg::Draft => "draft",
+            QualityArg::Normal => "normal",
+            QualityArg::High => "high",
+        }
+    }
+
+    /// The one with this name.
+    pub(super) fn named(name: &str) -> Option<Self> {
+        Self::value_variants().iter().copied().find(|quality| quality.name() == name)
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -81,7 +81,14 @@ mod tests {
 
     fn view(camera: Option<&str>, width: Option<u32>, height: Option<u32>) -> ViewConfig {
         let camera = camera.map(str::to_owned);
-        ViewConfig { camera, width, height, samples: 1, exposure: Exposure::Automatic, kind: ViewArg::Shaded }
+        ViewConfig {
+            camera,
+            width,
+            height,
+            samples: None,
+            exposure: Exposure::Automatic,
+            kind: ViewArg::Shaded,
+        }
     }
 
     #[test]

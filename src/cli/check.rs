@@ -22,17 +22,17 @@ pub(super) fn run(config: &CheckConfig) -> Result<(), CliError> {
 }
 
 fn run_in_pool(config: &CheckConfig, progress: &dyn Progress) -> Result<(), CliError> {
-    let Solved { scene, hierarchy, tracer, solution, .. } =
+    let Solved { scene, hierarchy, tracer, solution, quality, .. } =
         Loaded::load(&config.run, progress)?.solve(&config.run, progress)?;
-    let (quality, limits) = match config.quality {
-        QualityArg::Draft => ("draft", Limits::DRAFT),
-        QualityArg::Normal => ("normal", Limits::NORMAL),
-        QualityArg::High => ("high", Limits::HIGH),
+    let limits = match quality {
+        QualityArg::Draft => Limits::DRAFT,
+        QualityArg::Normal => Limits::NORMAL,
+        QualityArg::High => Limits::HIGH,
     };
     let found = check(&hierarchy, tracer.as_ref(), &solution, &limits, progress);
     let report = CheckReport {
         scene: &scene.name,
-        quality,
+        quality: quality.name(),
         tracer: tracer.name(),
         passed: found.passed(),
         check: &found,

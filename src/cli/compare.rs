@@ -65,7 +65,7 @@ fn run_in_pool(config: &CompareConfig, progress: &dyn Progress) -> Result<(), Cl
         rays: config.rays as usize,
         repeats: config.repeats,
         camera,
-        render: RenderOptions { samples: config.view.samples, view: View::Shaded },
+        render: RenderOptions { samples: config.view.samples(config.run.solve.quality), view: View::Shaded },
         square_meters: hierarchy.square_meters_per_unit(loaded.scene.meters_per_unit),
     };
     let tracers = tracers.each_ref().map(AsRef::as_ref);
@@ -75,7 +75,7 @@ fn run_in_pool(config: &CompareConfig, progress: &dyn Progress) -> Result<(), Cl
     let report = CompareReport::new(&loaded.scene.name, names, threads, &hierarchy, &found);
     let mut made_with = setup(&config.run, &loaded, &hierarchy);
     made_with.values.extend(setup::visibility(&config.run));
-    made_with.values.extend(setup::view(&options.camera, &config.view));
+    made_with.values.extend(setup::view(&options.camera, options.render.samples));
     made_with.values.push(("rays made by rule", config.rays.to_string()));
     made_with.values.push(("rays timed", format!("{} times", config.repeats)));
     answer(config, &hierarchy, &found, &report, &pictures, &made_with)

@@ -1,8 +1,10 @@
 //! The checked configuration of a verb: every option has its value, and the options fit each other.
 
 mod compare;
+mod keep;
 
 pub(super) use compare::{CompareConfig, Pictures};
+pub(super) use keep::KeepConfig;
 
 use std::path::{Path, PathBuf};
 
@@ -22,6 +24,8 @@ pub(super) struct RunConfig {
     /// Files that will be written.
     pub(super) outputs: Vec<PathBuf>,
     pub(super) solve: SolveConfig,
+    /// A solution file, instead of solving.
+    pub(super) stored: Option<PathBuf>,
     pub(super) tracer: TracerArg,
     pub(super) embree_lib: Option<PathBuf>,
     /// Worker threads; all cores when absent.
@@ -96,8 +100,6 @@ pub(super) struct ProfileConfig {
 #[derive(Clone, Debug)]
 pub(super) struct CheckConfig {
     pub(super) run: RunConfig,
-    /// Whose limits hold.
-    pub(super) quality: QualityArg,
     pub(super) json: Option<PathBuf>,
 }
 
@@ -108,8 +110,8 @@ pub(super) struct ViewConfig {
     pub(super) camera: Option<String>,
     pub(super) width: Option<u32>,
     pub(super) height: Option<u32>,
-    /// Samples per pixel.
-    pub(super) samples: u32,
+    /// Samples per pixel, when typed.
+    pub(super) samples: Option<u32>,
     pub(super) exposure: Exposure,
     pub(super) kind: ViewArg,
 }
@@ -117,6 +119,8 @@ pub(super) struct ViewConfig {
 /// How the solution is computed.
 #[derive(Clone, Debug)]
 pub(super) struct SolveConfig {
+    /// Where what is not typed comes from.
+    pub(super) quality: QualityArg,
     /// Power a link may get wrong, relative to the power the receiver's irradiance brings to a wall.
     pub(super) epsilon: f64,
     /// Share of the receiver's irradiance above which partly visible pairs are split.
@@ -183,6 +187,7 @@ impl SolveConfig {
 
     fn with(typed: &ExactnessArgs, preset: &Preset, rays: Option<u32>, strategy: VisibilityArg) -> Self {
         Self {
+            quality: typed.quality,
             epsilon: typed.epsilon.unwrap_or(preset.epsilon),
             contrast: preset.contrast,
             min_size: typed.min_size,
@@ -220,6 +225,7 @@ impl RunConfig {
             scene,
             outputs,
             solve: SolveConfig::of(&solution, &preset),
+            stored: None,
             tracer: machine.tracer,
             embree_lib: machine.library.embree_lib,
             threads: machine.library.threads,
@@ -229,9 +235,14 @@ impl RunConfig {
 }
 
 impl ViewConfig {
-    fn of(typed: PictureArgs, preset: &Preset, exposure: Exposure, kind: ViewArg) -> Self {
+    fn of(typed: PictureArgs, exposure: Exposure, kind: ViewArg) -> Self {
         let PictureArgs { camera, width, height, samples } = typed;
-        Self { camera, width, height, samples: samples.unwrap_or(preset.samples), exposure, kind }
+        Self { camera, width, height, samples, exposure, kind }
+    }
+
+    /// Samples per pixel of a solution of this quality.
+    pub(super) fn samples(&self, quality: QualityArg) -> u32 {
+        self.samples.unwrap_or(Preset::of(quality).samples)
     }
 }
 
@@ -249,12 +260,18 @@ impl RenderConfig {
         if typed.exposure.is_some() && !matches!(typed.view, ViewArg::Shaded | ViewArg::Mesh) {
             return usage("--exposure has no use with a heat map, whose colours have a legend");
         }
-        check_distinct(&[Some(&typed.scene), Some(&typed.output), typed.stats.as_ref()])?;
+        let stored = typed.stored.stored;
+        if stored.is_some() && typed.view == ViewArg::Cost {
+            return usage(
+                "--view cost needs the work of solving by node, which a solution file does not keep",
+            );
+        }
+        check_distinct(&[Some(&typed.scene), stored.as_ref(), Some(&typed.output), typed.stats.as_ref()])?;
         check_extension("--stats", typed.stats.as_deref(), "json")?;
-        let preset = Preset::of(typed.solution.exactness.quality);
-        let view = ViewConfig::of(typed.picture, &preset, checked_exposure(typed.exposure)?, typed.view);
+        let view = ViewConfig::of(typed.picture, checked_exposure(typed.exposure)?, typed.view);
         let outputs = [Some(&typed.output), typed.stats.as_ref()].into_iter().flatten().cloned().collect();
-        let mut run = RunConfig::check(typed.scene, outputs, typed.solution, typed.machine, typed.quiet)?;
+        let run = RunConfig::check(typed.scene, outputs, typed.solution, typed.machine, typed.quiet)?;
+        let mut run = RunConfig { stored, ..run };
         if typed.view == ViewArg::Cost {
             run.solve.record = Record::Work;
         }
@@ -274,9 +291,9 @@ impl ProbeConfig {
         if extension.as_ref().is_some_and(|e| e != "csv" && e != "json") {
             return usage("the name of the table must end in .csv or .json");
         }
-        let files =
-            [Some(&typed.scene), typed.points.as_ref(), typed.output.as_ref(), typed.reference.as_ref()];
-        check_distinct(&files)?;
+        let stored = typed.stored.stored;
+        let inputs = [Some(&typed.scene), stored.as_ref(), typed.points.as_ref(), typed.reference.as_ref()];
+        check_distinct(&[&inputs[..], &[typed.output.as_ref()]].concat())?;
         let places = match (typed.points, typed.grid) {
             (Some(_), _) if typed.spacing.is_some() => {
                 return usage("--spacing is for --grid, and has no use with --points");
@@ -285,14 +302,10 @@ impl ProbeConfig {
             (None, Some(grid)) => Places::Grid(grid, typed.spacing),
             (None, None) => return usage("give --points FILE or --grid NAME|HEIGHT"),
         };
+        let outputs = typed.output.iter().cloned().collect();
+        let run = RunConfig::check(typed.scene, outputs, typed.solution, typed.machine, typed.quiet)?;
         Ok(Self {
-            run: RunConfig::check(
-                typed.scene,
-                typed.output.iter().cloned().collect(),
-                typed.solution,
-                typed.machine,
-                typed.quiet,
-            )?,
+            run: RunConfig { stored, ..run },
             places,
             output: typed.output,
             is_json: extension.as_deref() == Some("json"),
@@ -371,6 +384,7 @@ impl ProfileConfig {
             scene: typed.scene,
             outputs: outputs.into_iter().flatten().cloned().collect(),
             solve: first,
+            stored: None,
             tracer: demanding.unwrap_or(TracerArg::Fallback),
             embree_lib: typed.machine.embree_lib,
             threads: typed.machine.threads,
@@ -400,12 +414,12 @@ impl CheckConfig {
     /// # Errors
     /// [`CliError::Usage`] when options contradict each other. No file is touched.
     pub(super) fn check(typed: CheckArgs) -> Result<Self, CliError> {
-        check_distinct(&[Some(&typed.scene), typed.json.as_ref()])?;
+        let stored = typed.stored.stored;
+        check_distinct(&[Some(&typed.scene), stored.as_ref(), typed.json.as_ref()])?;
         check_extension("--json", typed.json.as_deref(), "json")?;
-        let quality = typed.solution.exactness.quality;
         let outputs = typed.json.iter().cloned().collect();
         let run = RunConfig::check(typed.scene, outputs, typed.solution, typed.machine, typed.quiet)?;
-        Ok(Self { run, quality, json: typed.json })
+        Ok(Self { run: RunConfig { stored, ..run }, json: typed.json })
     }
 }
 
@@ -490,7 +504,8 @@ mod tests {
             draft.run.solve.epsilon > normal.run.solve.epsilon
                 && draft.run.solve.rays < normal.run.solve.rays
         );
-        assert!(draft.view.samples < normal.view.samples);
+        let samples = |config: &RenderConfig| config.view.samples(config.run.solve.quality);
+        assert!(samples(&draft) < samples(&normal));
         assert_eq!((mixed.run.solve.rays, mixed.run.solve.epsilon), (9, draft.run.solve.epsilon));
         assert_eq!(normal.run.solve.strategy, VisibilityArg::Adaptive);
     }
@@ -506,6 +521,7 @@ mod tests {
             (&["a.png", "--stats", "a.png"], "a.png"),
             (&["a.png", "--stats", "./a.png"], "a.png"),
             (&["a.png", "--stats", "a.toml"], "a.toml"),
+            (&["a.png", "--solution", "./a.png"], "a.png"),
         ] {
             match check(options) {
                 Err(CliError::Usage(message)) => assert!(message.contains(word), "{message}"),

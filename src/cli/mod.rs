@@ -15,6 +15,7 @@ mod probe;
 mod profile;
 mod render;
 mod setup;
+mod solve;
 mod solved;
 
 use std::ffi::OsString;
@@ -46,6 +47,7 @@ fn run(typed: impl Iterator<Item = OsString>) -> ExitKind {
     };
     let result = match arguments.verb {
         Verb::Render(typed) => config::RenderConfig::check(*typed).and_then(|config| render::run(&config)),
+        Verb::Solve(typed) => config::KeepConfig::check(*typed).and_then(|config| solve::run(&config)),
         Verb::Probe(typed) => config::ProbeConfig::check(*typed).and_then(|config| probe::run(&config)),
         Verb::Convergence(typed) => {
             config::ConvergenceConfig::check(*typed).and_then(|config| convergence::run(&config))

@@ -46,7 +46,7 @@ fn run_in_pool(config: &ProbeConfig, progress: &dyn Progress) -> Result<(), CliE
     if let Places::Grid(text, spacing) = &config.places {
         points = grid(&loaded.scene, text, *spacing)?;
     }
-    let Solved { scene, hierarchy, tracer, solution, mut stats, mut clock } =
+    let Solved { scene, hierarchy, tracer, solution, mut stats, mut clock, .. } =
         loaded.solve(&config.run, progress)?;
     stats.seconds.total = clock.total();
 

@@ -29,10 +29,10 @@ pub(super) fn run(config: &RenderConfig) -> Result<(), CliError> {
 fn run_in_pool(config: &RenderConfig, progress: &dyn Progress) -> Result<(), CliError> {
     let loaded = Loaded::load(&config.run, progress)?;
     let camera = choose_camera(&loaded.scene, &config.view)?;
-    let Solved { scene, hierarchy, tracer, solution, mut stats, mut clock } =
+    let Solved { scene, hierarchy, tracer, solution, quality, mut stats, mut clock, .. } =
         loaded.solve(&config.run, progress)?;
 
-    let samples = config.view.samples;
+    let samples = config.view.samples(quality);
     let (picture, map) = match looked_at(config.view.kind) {
         LookedAt::View(view) => {
             let options = RenderOptions { samples, view };

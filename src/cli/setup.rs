@@ -3,9 +3,8 @@
 use std::borrow::Cow;
 use std::ffi::OsString;
 
-use super::config::{RunConfig, ViewConfig};
+use super::config::RunConfig;
 use super::solved::Loaded;
-use crate::compare::fingerprint;
 use crate::hierarchy::Hierarchy;
 use crate::report::html::Setup;
 use crate::scene::Camera;
@@ -26,7 +25,7 @@ pub(super) fn setup(config: &RunConfig, loaded: &Loaded, hierarchy: &Hierarchy) 
         ("system", format!("{} on {}", std::env::consts::OS, std::env::consts::ARCH)),
         ("threads", rayon::current_num_threads().to_string()),
         ("scene", format!("{}, {}", loaded.scene.name, config.scene.display())),
-        ("geometry", format!("fingerprint {}", fingerprint(&hierarchy.mesh))),
+        ("geometry", format!("fingerprint {:016x}", hierarchy.mesh.fingerprint())),
         ("triangles", loaded.scene.counts.triangles_initial.to_string()),
         ("epsilon", solve.epsilon.to_string()),
         ("contrast of shadows", solve.contrast.to_string()),
@@ -45,9 +44,9 @@ pub(super) fn visibility(config: &RunConfig) -> [(&'static str, String); 2] {
 }
 
 /// What is seen.
-pub(super) fn view(camera: &Camera, view: &ViewConfig) -> [(&'static str, String); 2] {
+pub(super) fn view(camera: &Camera, samples: u32) -> [(&'static str, String); 2] {
     let size = format!("{}, {} × {} pixels", camera.name, camera.width, camera.height);
-    [("camera", size), ("samples per pixel", view.samples.to_string())]
+    [("camera", size), ("samples per pixel", samples.to_string())]
 }
 
 /// The command as typed, but for the place of the program.

@@ -5,11 +5,12 @@ use std::time::Instant;
 
 use rayon::ThreadPoolBuilder;
 
-use super::args::{TracerArg, VisibilityArg};
+use super::args::{QualityArg, TracerArg, VisibilityArg};
 use super::config::{RunConfig, SolveConfig, check_not_read};
 use super::console;
 use super::errors::CliError;
 use crate::check::{UNBALANCED, UNSETTLED};
+use crate::export::{Origin, SolutionFile, SolutionFileError};
 use crate::hierarchy::Hierarchy;
 use crate::progress::{Progress, Silent, TerminalProgress};
 use crate::radiosity::{self, Link, LinkClass, Solution, SolveOptions};
@@ -45,6 +46,8 @@ pub(super) fn in_pool<T: Send>(
 pub(super) struct Loaded {
     pub(super) scene: Scene,
     embree: Option<Arc<EmbreeLibrary>>,
+    /// Where the solution is to be read from.
+    stored: Option<SolutionFile>,
     stats: Stats,
     clock: Clock,
 }
@@ -55,19 +58,23 @@ pub(super) struct Solved {
     pub(super) hierarchy: Hierarchy,
     pub(super) tracer: Box<dyn Tracer>,
     pub(super) solution: Solution,
+    /// What it was solved with, in this run or in an earlier one.
+    pub(super) quality: QualityArg,
+    pub(super) origin: Origin,
     /// Filled in but for the time of what is done with the solution.
     pub(super) stats: Stats,
     pub(super) clock: Clock,
 }
 
 impl Loaded {
-    /// Finds Embree and reads the scene; warnings go to standard error.
+    /// Opens the solution file if there is one, finds Embree and reads the scene; warnings go to standard error.
     ///
     /// # Errors
-    /// What is wrong with the scene, or Embree when it is demanded and not usable.
+    /// What is wrong with the file or the scene, or Embree when it is demanded and not usable.
     pub(super) fn load(config: &RunConfig, progress: &dyn Progress) -> Result<Loaded, CliError> {
         let mut stats = Stats { threads: rayon::current_num_threads(), ..Stats::default() };
         let mut clock = Clock::start();
+        let stored = config.stored.as_deref().map(SolutionFile::open).transpose().map_err(file_failure)?;
         let embree = find_embree(config)?;
         stats.seconds.build = clock.lap();
         progress.start("load", 0);
@@ -80,7 +87,7 @@ impl Loaded {
             scene.warnings.iter().for_each(|warning| console::warning(warning));
         }
         stats.seconds.load = clock.lap();
-        Ok(Loaded { scene, embree, stats, clock })
+        Ok(Loaded { scene, embree, stored, stats, clock })
     }
 
     /// A tracer of this kind over the mesh.
@@ -104,36 +111,77 @@ impl Loaded {
         Some(format!("{} ({})", library.version(), library.instruction_set().name()))
     }
 
-    /// Builds the hierarchy and the tracer, and solves.
+    /// Builds the hierarchy and the tracer, and solves, or reads what was solved before.
     ///
     /// # Errors
-    /// Embree when it is demanded and not usable.
+    /// Embree when it is demanded and not usable; what is wrong with a solution file.
     pub(super) fn solve(self, config: &RunConfig, progress: &dyn Progress) -> Result<Solved, CliError> {
-        let Loaded { scene, embree, mut stats, mut clock } = self;
-        let hierarchy = Hierarchy::build(&scene, config.solve.one_sided, progress);
+        let Loaded { scene, embree, stored, mut stats, mut clock } = self;
+        let one_sided = stored.as_ref().map_or(config.solve.one_sided, SolutionFile::is_one_sided);
+        let hierarchy = Hierarchy::build(&scene, one_sided, progress);
         progress.start("build", 0);
         let tracer = build_tracer(config, embree, &hierarchy, &mut stats);
         progress.finish();
         let tracer = tracer?;
         stats.seconds.build += clock.lap();
 
-        let options = solve_options(&config.solve);
-        let square_meters = hierarchy.square_meters_per_unit(scene.meters_per_unit);
-        let solution = radiosity::solve(&hierarchy, tracer.as_ref(), &options, square_meters, progress);
-        clock.lap();
+        let (solution, quality, origin) = match stored {
+            Some(file) => {
+                let read = read_solution(file, config, &hierarchy, &scene, progress)?;
+                stats.seconds.load += clock.lap();
+                read
+            }
+            None => {
+                let (options, quality) = (solve_options(&config.solve), config.solve.quality);
+                let square_meters = hierarchy.square_meters_per_unit(scene.meters_per_unit);
+                let solution =
+                    radiosity::solve(&hierarchy, tracer.as_ref(), &options, square_meters, progress);
+                clock.lap();
+                (solution, quality, Origin::new(&options, quality.name(), tracer.name()))
+            }
+        };
         if !config.quiet {
-            warn_if_unfinished(&solution, &options);
+            warn_if_unfinished(&solution, origin.iterations);
             warn_if_unbalanced(&solution);
         }
-        fill_stats(&mut stats, config, &scene, &hierarchy, &solution);
-        Ok(Solved { scene, hierarchy, tracer, solution, stats, clock })
+        stats.strategy.clone_from(&origin.strategy);
+        fill_stats(&mut stats, &scene, &hierarchy, &solution);
+        Ok(Solved { scene, hierarchy, tracer, solution, quality, origin, stats, clock })
     }
 }
 
-/// Says so when the iterations ran out before the light had settled.
-fn warn_if_unfinished(solution: &Solution, options: &SolveOptions) {
+/// The solution of a file, and says how that was made.
+fn read_solution(
+    file: SolutionFile,
+    config: &RunConfig,
+    hierarchy: &Hierarchy,
+    scene: &Scene,
+    progress: &dyn Progress,
+) -> Result<(Solution, QualityArg, Origin), CliError> {
+    let origin = file.origin().clone();
+    let unknown = || CliError::Malformed(format!("a solution of unknown quality '{}'", origin.quality));
+    let quality = QualityArg::named(&origin.quality).ok_or_else(unknown)?;
+    if let Some(path) = config.stored.as_deref().filter(|_| !config.quiet) {
+        console::note(&format!("{}: {origin}\n", path.display()));
+    }
+    progress.start("read", 0);
+    let solution = file.read(hierarchy, scene.meters_per_unit);
+    progress.finish();
+    Ok((solution.map_err(file_failure)?, quality, origin))
+}
+
+/// What an unusable solution file means for the caller.
+fn file_failure(error: SolutionFileError) -> CliError {
+    match error {
+        SolutionFileError::Unreadable { .. } => CliError::Unreadable(error.to_string()),
+        _ => CliError::Malformed(error.to_string()),
+    }
+}
+
+/// Says so when so many iterations ran out before the light had settled.
+fn warn_if_unfinished(solution: &Solution, most: u32) {
     let (changing, emitted) = (solution.energy.error, solution.energy.emitted);
-    if solution.iterations >= options.iterations && changing > UNSETTLED * emitted {
+    if solution.iterations >= most && changing > UNSETTLED * emitted {
         console::warning(&format!(
             "stopped after {} iterations while {:.1} % of the emitted power still changes; raise --iterations",
             solution.iterations,
@@ -235,14 +283,7 @@ impl From<VisibilityArg> for Strategy {
 }
 
 /// Copies what the rooms counted into the record.
-fn fill_stats(
-    stats: &mut Stats,
-    config: &RunConfig,
-    scene: &Scene,
-    hierarchy: &Hierarchy,
-    solution: &Solution,
-) {
-    stats.strategy = Strategy::from(config.solve.strategy).name().to_owned();
+fn fill_stats(stats: &mut Stats, scene: &Scene, hierarchy: &Hierarchy, solution: &Solution) {
     stats.scene = SceneStats {
         triangles_initial: scene.counts.triangles_initial,
         triangles_final: solution.triangle_count(hierarchy),

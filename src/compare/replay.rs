@@ -6,7 +6,6 @@
 
 use super::rays::{Disagreement, Question};
 use crate::image::write::{FillError, OutputError, write_atomically};
-use crate::math::hash_pair;
 use crate::tracer::{NO_FACET, Ray, Segment, TraceMesh};
 use glam::Vec3;
 use std::fmt::Write;
@@ -75,15 +74,9 @@ pub enum ReplayError {
     },
 }
 
-/// A fingerprint of the triangles and of the facets they make, 16 hexadecimal digits.
-pub fn fingerprint(mesh: &TraceMesh) -> String {
-    let pair = |a: u32, b: u32| u64::from(a) << 32 | u64::from(b);
-    let positions =
-        mesh.positions.iter().flat_map(|p| [pair(p.x.to_bits(), p.y.to_bits()), p.z.to_bits().into()]);
-    let triangles = mesh.triangles.iter().zip(&mesh.facet_of_triangle);
-    let triangles = triangles.flat_map(|(&[a, b, c], &facet)| [pair(a, b), pair(c, facet)]);
-    let counts = [mesh.positions.len() as u64, mesh.triangles.len() as u64];
-    format!("{:016x}", counts.into_iter().chain(positions).chain(triangles).fold(0, hash_pair))
+/// The fingerprint of the geometry, 16 hexadecimal digits.
+fn fingerprint(mesh: &TraceMesh) -> String {
+    format!("{:016x}", mesh.fingerprint())
 }
 
 /// Writes disagreements to `path`, whole or not at all; `explain` says for people what each is about.

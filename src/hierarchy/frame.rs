@@ -33,6 +33,12 @@ impl Frame {
         point / self.scale + self.center
     }
 
+    /// The numbers it is made of.
+    pub(super) fn numbers(&self) -> [f64; 4] {
+        let [x, y, z] = self.center.to_array();
+        [x, y, z, self.scale]
+    }
+
     /// A length in scene units as a local length.
     pub fn local_length(&self, length: f64) -> f64 {
         length * self.scale

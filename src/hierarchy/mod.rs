@@ -5,6 +5,7 @@
 mod contacts;
 mod elements;
 mod facets;
+mod fingerprint;
 mod frame;
 mod mesh;
 mod overlaps;
@@ -14,6 +15,7 @@ pub(crate) use contacts::within;
 pub use contacts::{Contact, Contacts};
 pub use elements::{ElementTree, Side};
 pub use facets::Facet;
+pub use fingerprint::Fingerprint;
 pub use frame::Frame;
 pub use mesh::{Interval, TraceMesh};
 pub use tree::{Node, NodeKind};

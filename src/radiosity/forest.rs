@@ -126,21 +126,14 @@ impl<'a> Way<'a> {
     }
 }
 
+/// No element of a restored forest lies further down than this. Longest-edge bisection takes an element from the size
+/// of the scene to the smallest there is in some 40 steps, and [`Cuts`] are 20 deep.
+const DEEPEST: u32 = 128;
+
 impl Forest {
     /// One element for each side, or as many as the lines where other surfaces stand on it make.
     pub fn new(hierarchy: &Hierarchy) -> Forest {
-        let count = hierarchy.facets.len() as u32 * hierarchy.sides();
-        let mut forest = Forest {
-            sides_per_facet: hierarchy.sides(),
-            trees: (0..count).map(ElementTree::new).collect(),
-            cuts: Cuts::of(hierarchy),
-            first_element: Vec::new(),
-            cell: Vec::new(),
-            second: Vec::new(),
-            area: Vec::new(),
-            center: Vec::new(),
-            next_id: AtomicU32::new(count),
-        };
+        let mut forest = Forest::undivided(hierarchy);
         for side in 0..forest.trees.len() {
             let mut stack = vec![forest.root(hierarchy, side)];
             while let Some(piece) = stack.pop() {
@@ -151,6 +144,47 @@ impl Forest {
         }
         forest.renumber(hierarchy);
         forest
+    }
+
+    /// Elements of which it is known, in the order of their ids, which are split; `None` when that makes no forest of
+    /// this hierarchy, or one that no solver would make.
+    pub fn from_splits(hierarchy: &Hierarchy, is_split: &[bool]) -> Option<Forest> {
+        let mut forest = Forest::undivided(hierarchy);
+        let mut is_split = is_split.iter();
+        let mut stack = Vec::new();
+        for tree in &forest.trees {
+            stack.push((tree, 0));
+            while let Some((tree, depth)) = stack.pop() {
+                if *is_split.next()? {
+                    if depth == DEEPEST {
+                        return None;
+                    }
+                    let [a, b] = tree.split(&forest.next_id);
+                    stack.extend([(b, depth + 1), (a, depth + 1)]);
+                }
+            }
+        }
+        if is_split.next().is_some() {
+            return None;
+        }
+        forest.renumber(hierarchy);
+        Some(forest)
+    }
+
+    /// One element for each side, not numbered yet.
+    fn undivided(hierarchy: &Hierarchy) -> Forest {
+        let count = hierarchy.facets.len() as u32 * hierarchy.sides();
+        Forest {
+            sides_per_facet: hierarchy.sides(),
+            trees: (0..count).map(ElementTree::new).collect(),
+            cuts: Cuts::of(hierarchy),
+            first_element: Vec::new(),
+            cell: Vec::new(),
+            second: Vec::new(),
+            area: Vec::new(),
+            center: Vec::new(),
+            next_id: AtomicU32::new(count),
+        }
     }
 
     /// Number of elements at the last numbering.

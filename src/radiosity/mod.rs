@@ -28,7 +28,7 @@ pub use fidelity::VisibilityError;
 pub use forest::{Forest, Piece};
 pub use form_factor::PolygonSource;
 pub use links::{Link, LinkClass, LinkSet};
-pub use openness::{Arriving, Openness};
+pub use openness::{Arriving, Kept, Openness};
 pub use place::place;
 pub use quarters::Quarters;
 pub use refine::RefineCounters;

@@ -22,11 +22,11 @@ const MOST: f32 = 8.0;
 
 /// Rays of one side that end in one cluster.
 #[derive(Clone, Copy, Debug)]
-struct Kept {
+pub struct Kept {
     /// The smallest cluster that holds both ends of the rays.
-    node: u32,
+    pub node: u32,
     /// Their share of all rays of the side.
-    share: f32,
+    pub share: f32,
 }
 
 /// How the sides in one cluster lie.
@@ -81,9 +81,18 @@ impl Openness {
             })
             .collect();
         progress.finish();
+        Openness::from_kept(hierarchy, forest, kept.iter().map(AsRef::as_ref))
+    }
+
+    /// From where the rays of each side ended: one slice for each.
+    pub fn from_kept<'a>(
+        hierarchy: &Hierarchy,
+        forest: &Forest,
+        kept: impl Iterator<Item = &'a [Kept]>,
+    ) -> Openness {
         let mut openness = Openness { first: vec![0], ..Openness::default() };
         openness.inside = vec![Inside::default(); hierarchy.nodes.len()];
-        for (index, kept) in kept.into_iter().enumerate() {
+        for (index, kept) in kept.enumerate() {
             let side = forest.side(index);
             let leaf = hierarchy.leaf(side.facet) as usize;
             let area = hierarchy.nodes[leaf].area;
@@ -91,11 +100,11 @@ impl Openness {
             openness.inside[leaf].area.add(normal, area);
             for (axis, part) in axial_parts(normal).into_iter().enumerate() {
                 openness.inside[leaf].open[axis] += area * part;
-                for Kept { node, share } in &kept {
+                for Kept { node, share } in kept {
                     openness.inside[*node as usize].open[axis] -= area * part * share;
                 }
             }
-            openness.kept.extend(kept);
+            openness.kept.extend_from_slice(kept);
             openness.first.push(openness.kept.len() as u32);
         }
         for (index, node) in hierarchy.nodes.iter().enumerate().rev().filter(|(_, node)| !node.is_leaf()) {
@@ -182,7 +191,8 @@ impl Openness {
         all.even.evaluate(normal) + uneven.max(Vec3::ZERO)
     }
 
-    fn kept_of(&self, side: usize) -> &[Kept] {
+    /// Where the rays of a side ended, but those that left the scene.
+    pub fn kept_of(&self, side: usize) -> &[Kept] {
         match self.first.get(side..) {
             Some([first, end, ..]) => &self.kept[*first as usize..*end as usize],
             _ => &[],

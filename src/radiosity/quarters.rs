@@ -16,6 +16,16 @@ impl Quarters {
     /// The source counts as uniform.
     pub const UNIFORM: Quarters = Quarters([0; 4]);
 
+    /// The weights as they are stored.
+    pub fn to_bytes(self) -> [u8; 4] {
+        self.0
+    }
+
+    /// The weights that were stored.
+    pub fn from_bytes(bytes: [u8; 4]) -> Quarters {
+        Quarters(bytes)
+    }
+
     /// The weights; they add up to 1, or are all 0 for a source that counts as uniform.
     pub fn weights(&self) -> [f64; 4] {
         self.0.map(|weight| weight as f64 / 255.0)

@@ -49,6 +49,16 @@ impl Strays {
         Strays(vec![1.0; elements])
     }
 
+    /// The gain of each element.
+    pub fn from_gains(gains: Vec<f32>) -> Strays {
+        Strays(gains)
+    }
+
+    /// The gains of all elements.
+    pub fn gains(&self) -> &[f32] {
+        &self.0
+    }
+
     /// What `element` receives, over what its links bring.
     #[inline]
     pub fn gain(&self, element: u32) -> f32 {

@@ -162,6 +162,38 @@ impl Light {
         light
     }
 
+    /// The light of a solution, which follows from the irradiance of its leaf elements, in order.
+    pub fn from_leaves(hierarchy: &Hierarchy, forest: &Forest, irradiance: &[Vec3]) -> Light {
+        let mut light = Light::dark(forest.len());
+        let materials = Materials { hierarchy, forest };
+        let mut elements = Elements {
+            forest,
+            offset: 0,
+            exitance: &mut light.exitance,
+            irradiance: &mut light.irradiance,
+            variation: &mut light.variation,
+            brightest: &mut light.brightest,
+        };
+        let mut leaves = irradiance.iter().rev();
+        let mut ranges = Vec::new();
+        for side in (0..forest.side_count()).rev() {
+            let surface = materials.of(side);
+            // Backwards, both halves come before the whole, the first last.
+            for element in (forest.first_element[side]..forest.first_element[side + 1]).rev() {
+                let range = if forest.second[element as usize] == 0 {
+                    elements.light_leaf(element, *leaves.next().unwrap_or(&Vec3::ZERO), surface)
+                } else {
+                    let halves = [ranges.pop(), ranges.pop()].map(Option::unwrap_or_default);
+                    elements.join_halves(element, halves)
+                };
+                ranges.push(range);
+            }
+            ranges.clear();
+        }
+        light.pull_clusters(hierarchy, forest);
+        light
+    }
+
     /// Carries the light over to a new numbering; elements new in it take their parent's.
     pub(super) fn renumbered(&self, forest: &Forest, new_from_old: &[u32]) -> Light {
         const UNKNOWN: Vec3 = Vec3::NAN;
@@ -292,8 +324,8 @@ impl Light {
         blocks.into_par_iter().for_each(|(sides, exitance, irradiance, variation, brightest)| {
             let _work = Work::begin(receiving.progress, "gather");
             let offset = forest.first_element[sides.start] as usize;
-            let mut block =
-                Block { forest, gathered, receiving, offset, exitance, irradiance, variation, brightest };
+            let elements = Elements { forest, offset, exitance, irradiance, variation, brightest };
+            let mut block = Block { elements, gathered, receiving };
             for index in sides {
                 let from_clusters = receiving.openness.irradiance(hierarchy, forest, index, arriving);
                 block.push_pull(forest.first_element[index], from_clusters, surface.of(index));
@@ -347,11 +379,36 @@ pub fn direction(hierarchy: &Hierarchy, forest: &Forest, link: &Link) -> Vec3 {
     (center(link.source) - center(link.receiver)).normalize_or_zero()
 }
 
-/// A run of sides with its share of the arrays.
+/// A run of sides with its share of the arrays, and what comes to it.
 struct Block<'a> {
-    forest: &'a Forest,
+    elements: Elements<'a>,
     gathered: &'a [Vec3],
     receiving: Receiving<'a>,
+}
+
+impl Block<'_> {
+    /// Pushes irradiance into one element tree and pulls its exitance; returns the smallest and
+    /// largest exitance of its leaves, by channel.
+    fn push_pull(&mut self, element: u32, from_above: Vec3, surface: (Vec3, Vec3)) -> Range {
+        let irradiance = from_above + self.gathered[element as usize];
+        let second = self.elements.forest.second[element as usize];
+        if second == 0 {
+            let share = self.receiving.damping.0[element as usize] * self.receiving.factor;
+            let irradiance = irradiance * (self.receiving.strays.gain(element) * share);
+            return self.elements.light_leaf(element, irradiance, surface);
+        }
+        let halves = [element + 1, second].map(|half| self.push_pull(half, irradiance, surface));
+        self.elements.join_halves(element, halves)
+    }
+}
+
+/// The smallest and largest exitance of some leaf elements, by channel.
+type Range = (Vec3, Vec3);
+
+/// Light on a run of elements.
+struct Elements<'a> {
+    forest: &'a Forest,
+    /// The first of them.
     offset: usize,
     exitance: &'a mut [Vec3],
     irradiance: &'a mut [Vec3],
@@ -359,27 +416,22 @@ struct Block<'a> {
     brightest: &'a mut [f32],
 }
 
-impl Block<'_> {
-    /// Pushes irradiance into one element tree and pulls its exitance; returns the smallest and
-    /// largest exitance of its leaves, by channel.
-    fn push_pull(&mut self, element: u32, from_above: Vec3, surface: (Vec3, Vec3)) -> (Vec3, Vec3) {
+impl Elements<'_> {
+    /// A leaf receives this irradiance, on a surface with this exitance of its own and reflectance.
+    fn light_leaf(&mut self, element: u32, irradiance: Vec3, (emitted, reflectance): (Vec3, Vec3)) -> Range {
         let own = element as usize - self.offset;
-        let irradiance = from_above + self.gathered[element as usize];
-        let second = self.forest.second[element as usize];
-        if second == 0 {
-            let (emitted, reflectance) = surface;
-            let share = self.receiving.damping.0[element as usize] * self.receiving.factor;
-            let irradiance = irradiance * (self.receiving.strays.gain(element) * share);
-            self.irradiance[own] = irradiance;
-            self.exitance[own] = emitted + reflectance * irradiance;
-            self.brightest[own] = self.exitance[own].max_element();
-            return (self.exitance[own], self.exitance[own]);
-        }
-        let (low_a, high_a) = self.push_pull(element + 1, irradiance, surface);
-        let (low_b, high_b) = self.push_pull(second, irradiance, surface);
-        let (a, b) = (own + 1, second as usize - self.offset);
+        self.irradiance[own] = irradiance;
+        self.exitance[own] = emitted + reflectance * irradiance;
+        self.brightest[own] = self.exitance[own].max_element();
+        (self.exitance[own], self.exitance[own])
+    }
+
+    /// An element is lit as its halves are, whose leaves send out so much.
+    fn join_halves(&mut self, element: u32, [(low_a, high_a), (low_b, high_b)]: [Range; 2]) -> Range {
+        let (own, second) = (element as usize - self.offset, self.forest.second[element as usize] as usize);
+        let (a, b) = (own + 1, second - self.offset);
         let share = self.forest.area[element as usize + 1]
-            / (self.forest.area[element as usize + 1] + self.forest.area[second as usize]);
+            / (self.forest.area[element as usize + 1] + self.forest.area[second]);
         // So written, halves that are alike give exactly what they are, split or not.
         self.irradiance[own] = self.irradiance[b] + (self.irradiance[a] - self.irradiance[b]) * share;
         self.exitance[own] = self.exitance[b] + (self.exitance[a] - self.exitance[b]) * share;

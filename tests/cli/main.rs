@@ -9,5 +9,6 @@ mod probe;
 mod profile;
 mod render;
 mod run;
+mod solution;
 mod statistics;
 mod usage;

@@ -30,6 +30,7 @@ mod second_opinion;
 mod segments;
 mod solving;
 mod stale;
+mod stored;
 mod strategies;
 mod two_rooms;
 mod windings;

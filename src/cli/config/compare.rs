@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::super::args::{CompareArgs, MachineArgs, SolutionArgs, TracerArg, ViewArg, VisibilityArg};
 use super::super::errors::CliError;
-use super::{Preset, RunConfig, ViewConfig, check_distinct, check_extension, usage};
+use super::{RunConfig, ViewConfig, check_distinct, check_extension, usage};
 use crate::image::tone::Exposure;
 
 /// Everything a comparison of the tracers needs to know.
@@ -59,8 +59,7 @@ impl CompareConfig {
         let named: Vec<_> = [&typed.scene].into_iter().chain(written.iter().copied()).map(Some).collect();
         check_distinct(&named)?;
         let outputs = written.into_iter().cloned().collect();
-        let preset = Preset::of(typed.exactness.quality);
-        let view = ViewConfig::of(typed.picture, &preset, Exposure::Automatic, ViewArg::Shaded);
+        let view = ViewConfig::of(typed.picture, Exposure::Automatic, ViewArg::Shaded);
         let solution =
             SolutionArgs { exactness: typed.exactness, rays: typed.pair_rays, visibility: typed.visibility };
         let machine = MachineArgs { tracer: TracerArg::Embree, library: typed.machine };

@@ -1,0 +1,154 @@
+//! Records of a solution file: plain data of a fixed size, little-endian.
+
+use crate::radiosity::{Kept, Link, LinkClass, Quarters};
+use glam::Vec3;
+
+/// One element of an array in the file.
+pub(super) trait Record: Sized {
+    /// Size in the file.
+    const BYTES: usize;
+
+    /// Writes to [`Self::BYTES`] bytes.
+    fn put(&self, to: &mut [u8]);
+
+    /// Reads from as many; `None` for what no solution holds, such as a number that is not finite.
+    fn get(from: &[u8]) -> Option<Self>;
+}
+
+/// Four bytes at a place.
+fn word(from: &[u8], at: usize) -> [u8; 4] {
+    let mut bytes = [0; 4];
+    bytes.copy_from_slice(&from[at..at + 4]);
+    bytes
+}
+
+fn whole(from: &[u8], at: usize) -> u32 {
+    u32::from_le_bytes(word(from, at))
+}
+
+fn finite(from: &[u8], at: usize) -> Option<f32> {
+    Some(f32::from_le_bytes(word(from, at))).filter(|number| number.is_finite())
+}
+
+fn put_words<const N: usize>(words: [[u8; 4]; N], to: &mut [u8]) {
+    to[..4 * N].copy_from_slice(words.as_flattened());
+}
+
+impl Record for u8 {
+    const BYTES: usize = 1;
+
+    fn put(&self, to: &mut [u8]) {
+        to[0] = *self;
+    }
+
+    fn get(from: &[u8]) -> Option<u8> {
+        Some(from[0])
+    }
+}
+
+impl Record for bool {
+    const BYTES: usize = 1;
+
+    fn put(&self, to: &mut [u8]) {
+        to[0] = u8::from(*self);
+    }
+
+    fn get(from: &[u8]) -> Option<bool> {
+        [false, true].get(from[0] as usize).copied()
+    }
+}
+
+impl Record for u64 {
+    const BYTES: usize = 8;
+
+    fn put(&self, to: &mut [u8]) {
+        to.copy_from_slice(&self.to_le_bytes());
+    }
+
+    fn get(from: &[u8]) -> Option<u64> {
+        let (low, high) = (whole(from, 0), whole(from, 4));
+        Some(u64::from(low) | u64::from(high) << 32)
+    }
+}
+
+impl Record for f64 {
+    const BYTES: usize = 8;
+
+    fn put(&self, to: &mut [u8]) {
+        self.to_bits().put(to);
+    }
+
+    fn get(from: &[u8]) -> Option<f64> {
+        u64::get(from).map(f64::from_bits).filter(|number| number.is_finite())
+    }
+}
+
+impl Record for f32 {
+    const BYTES: usize = 4;
+
+    fn put(&self, to: &mut [u8]) {
+        to.copy_from_slice(&self.to_le_bytes());
+    }
+
+    fn get(from: &[u8]) -> Option<f32> {
+        finite(from, 0)
+    }
+}
+
+impl Record for Vec3 {
+    const BYTES: usize = 12;
+
+    fn put(&self, to: &mut [u8]) {
+        put_words(self.to_array().map(f32::to_le_bytes), to);
+    }
+
+    fn get(from: &[u8]) -> Option<Vec3> {
+        Some(Vec3::new(finite(from, 0)?, finite(from, 4)?, finite(from, 8)?))
+    }
+}
+
+impl Record for Kept {
+    const BYTES: usize = 8;
+
+    fn put(&self, to: &mut [u8]) {
+        put_words([self.node.to_le_bytes(), self.share.to_le_bytes()], to);
+    }
+
+    fn get(from: &[u8]) -> Option<Kept> {
+        let share = finite(from, 4).filter(|share| (0.0..=1.0).contains(share))?;
+        Some(Kept { node: whole(from, 0), share })
+    }
+}
+
+/// Classes by their number in the file; a solution has no links of any other.
+const CLASSES: [LinkClass; 4] =
+    [LinkClass::Untested, LinkClass::Visible, LinkClass::CertifiedVisible, LinkClass::Partial];
+
+impl Record for Link {
+    const BYTES: usize = 28;
+
+    fn put(&self, to: &mut [u8]) {
+        let [receiver, source] = [self.receiver, self.source].map(u32::to_le_bytes);
+        let [factor, spread, visibility] = [self.factor, self.spread, self.visibility].map(f32::to_le_bytes);
+        put_words([receiver, source, factor, spread, visibility, self.quarters.to_bytes()], to);
+        let class = CLASSES.iter().position(|&class| class == self.class);
+        debug_assert!(class.is_some(), "a solution has no links of class {:?}", self.class);
+        to[24] = class.unwrap_or(CLASSES.len()) as u8;
+        to[25] = u8::from(self.inherited);
+        to[26..].copy_from_slice(&self.work.to_le_bytes());
+    }
+
+    fn get(from: &[u8]) -> Option<Link> {
+        Some(Link {
+            receiver: whole(from, 0),
+            source: whole(from, 4),
+            factor: finite(from, 8)?,
+            spread: finite(from, 12)?,
+            visibility: finite(from, 16)?,
+            quarters: Quarters::from_bytes(word(from, 20)),
+            class: *CLASSES.get(from[24] as usize)?,
+            inherited: bool::get(&from[25..26])?,
+            work: u16::from_le_bytes([from[26], from[27]]),
+        })
+    }
+}

@@ -1,0 +1,373 @@
+//! Writing and reading solution files. What follows from the scene is not in them: the hierarchy is built again, and
+//! its fingerprint tells whether it is the same. What follows from the irradiance of the leaf elements is not either.
+
+use super::fault::{Fault, SolutionFileError};
+use super::origin::{Origin, is_name};
+use super::records::Record;
+use super::sections::{Sections, Tag, write_sealed, write_section};
+use crate::hierarchy::{Fingerprint, Hierarchy};
+use crate::image::write::{FillError, OutputError, write_atomically};
+use crate::radiosity::{
+    Energy, Forest, Kept, Light, Link, LinkSet, Openness, RefineCounters, Solution, Strays,
+};
+use crate::visibility::VisibilityCounters;
+use crc32fast::hash;
+use glam::Vec3;
+use std::fs::File;
+use std::io::{self, BufReader, Read, Write};
+use std::path::{Path, PathBuf};
+
+/// Of the format.
+pub(super) const VERSION: u32 = 1;
+
+/// What the file begins with. Like that of a PNG, it is no text, and a transfer that changes line ends breaks it.
+const MAGIC: [u8; 8] = *b"\x89LSOL\r\n\x1a";
+
+/// Magic, version, and the version of the program, filled up with zeros.
+const HEAD: usize = 8 + 4 + 20;
+
+/// Longest description of the origin, bytes.
+const LONGEST_ORIGIN: usize = 1 << 12;
+
+const ORIGIN: Tag = *b"MADE";
+const SCENE: Tag = *b"SCEN";
+const COUNTERS: Tag = *b"COUN";
+const FIGURES: Tag = *b"FIGS";
+const SPLITS: Tag = *b"TREE";
+const IRRADIANCE: Tag = *b"IRRA";
+const STRAYS: Tag = *b"STRA";
+const KEPT_COUNTS: Tag = *b"OPEN";
+const KEPT: Tag = *b"KEPT";
+const LINKS: Tag = *b"LINK";
+
+/// Writes a solution to `path`, whole or not at all. A unit of length of the scene is `meters_per_unit` metres.
+///
+/// # Errors
+/// When the folder is missing or not writable or the disk is full; then `path` is as before.
+pub fn write_solution(
+    path: &Path,
+    hierarchy: &Hierarchy,
+    meters_per_unit: f64,
+    solution: &Solution,
+    origin: &Origin,
+) -> Result<(), OutputError> {
+    let scene = Fingerprint::of(hierarchy, meters_per_unit);
+    write_atomically(path, |file| write(file, &scene, solution, origin).map_err(FillError::Io))
+}
+
+fn write(to: &mut dyn Write, scene: &Fingerprint, solution: &Solution, origin: &Origin) -> io::Result<()> {
+    let mut head = [0; HEAD];
+    head[..8].copy_from_slice(&MAGIC);
+    head[8..12].copy_from_slice(&VERSION.to_le_bytes());
+    for (to, from) in head[12..].iter_mut().zip(origin.program.bytes()) {
+        *to = from;
+    }
+    write_sealed(to, &head)?;
+    let text = serde_json::to_vec(origin)?;
+    write_section(to, ORIGIN, text.len(), text)?;
+    let Fingerprint { one_sided, geometry, materials, tree } = *scene;
+    write_section(to, SCENE, 4, [u64::from(one_sided), geometry, materials, tree])?;
+    let counters = counters(solution);
+    write_section(to, COUNTERS, counters.len(), counters)?;
+    let Energy { emitted, absorbed, escaped, corrected, error } = solution.energy;
+    let figures = [emitted, absorbed, escaped, corrected, error, solution.min_size, solution.factor.into()];
+    write_section(to, FIGURES, figures.len(), figures)?;
+
+    let Solution { forest, light, links, openness, strays, .. } = solution;
+    write_section(to, SPLITS, forest.len(), forest.second.iter().map(|&second| second != 0))?;
+    let leaves = forest.leaves().map(|leaf| light.irradiance[leaf]);
+    write_section(to, IRRADIANCE, forest.leaves().count(), leaves)?;
+    write_section(to, STRAYS, forest.len(), strays.gains().iter().copied())?;
+    let sides = || (0..forest.side_count()).map(|side| openness.kept_of(side));
+    write_section(to, KEPT_COUNTS, forest.side_count(), sides().map(|kept| kept.len() as u8))?;
+    write_section(to, KEPT, sides().map(<[Kept]>::len).sum(), sides().flatten().copied())?;
+    write_section(to, LINKS, links.links.len(), links.links.iter().copied())
+}
+
+/// Counts as they are stored. Clocks are left out: the same scene makes the same file.
+fn counters(solution: &Solution) -> [u64; 17] {
+    let RefineCounters { invisible, certified_invisible, visibility, detail: _ } = &solution.counters;
+    let VisibilityCounters {
+        pairs_tested,
+        shafts_built,
+        nodes_tested,
+        empty_shafts,
+        single_blockers,
+        fused_blockers,
+        rays_cast,
+        rays_avoided,
+        filter_calls,
+        filter_rejects,
+        border_hits,
+        culling_anomalies,
+        filled_shafts,
+        candidates,
+        nanoseconds: _,
+    } = *visibility;
+    [
+        solution.iterations.into(),
+        *invisible,
+        *certified_invisible,
+        pairs_tested,
+        shafts_built,
+        nodes_tested,
+        empty_shafts,
+        single_blockers,
+        fused_blockers,
+        rays_cast,
+        rays_avoided,
+        filter_calls,
+        filter_rejects,
+        border_hits,
+        culling_anomalies,
+        filled_shafts,
+        candidates,
+    ]
+}
+
+/// A solution file that was opened and found to be one, of this version.
+#[derive(Debug)]
+pub struct SolutionFile<R = BufReader<File>> {
+    path: PathBuf,
+    sections: Sections<R>,
+    origin: Origin,
+    scene: Fingerprint,
+}
+
+impl SolutionFile {
+    /// Opens a file and reads its head, which says how it was made and for what.
+    ///
+    /// # Errors
+    /// When the file cannot be read, is no solution file or one of another version, ends too early or is damaged.
+    pub fn open(path: &Path) -> Result<SolutionFile, SolutionFileError> {
+        let unreadable = |source| SolutionFileError::Unreadable { path: path.to_owned(), source };
+        // Looked at before it is opened: a pipe would wait for whoever writes to it.
+        if !path.metadata().map_err(unreadable)?.is_file() {
+            return Err(unreadable(io::Error::other("not a regular file")));
+        }
+        let file = File::open(path).map_err(unreadable)?;
+        let length = file.metadata().map_err(unreadable)?.len();
+        SolutionFile::read_from(path, BufReader::new(file), length)
+    }
+}
+
+impl<R: Read> SolutionFile<R> {
+    /// Reads the head of what `path` stands for: a source of `length` bytes.
+    ///
+    /// # Errors
+    /// As for [`SolutionFile::open`].
+    pub fn read_from(path: &Path, source: R, length: u64) -> Result<Self, SolutionFileError> {
+        let mut sections = Sections::new(source, length);
+        let (origin, scene) = read_head(&mut sections).map_err(|fault| fault.of(path))?;
+        Ok(SolutionFile { path: path.to_owned(), sections, origin, scene })
+    }
+
+    /// How the solution was made.
+    pub fn origin(&self) -> &Origin {
+        &self.origin
+    }
+
+    /// Whether surfaces reflect on their front side only.
+    pub fn is_one_sided(&self) -> bool {
+        self.scene.one_sided
+    }
+
+    /// Reads the solution for a hierarchy that was built anew. Seconds are 0.
+    ///
+    /// # Errors
+    /// When the file was made for something else, cannot be read, ends too early or is damaged. Whatever it holds,
+    /// ids in a solution that is returned are those of elements and nodes, and all numbers are finite.
+    pub fn read(
+        mut self,
+        hierarchy: &Hierarchy,
+        meters_per_unit: f64,
+    ) -> Result<Solution, SolutionFileError> {
+        is_same_scene(&self.scene, &Fingerprint::of(hierarchy, meters_per_unit))
+            .and_then(|()| read_solution(&mut self.sections, hierarchy))
+            .map_err(|fault| fault.of(&self.path))
+    }
+}
+
+fn read_head<R: Read>(sections: &mut Sections<R>) -> Result<(Origin, Fingerprint), Fault> {
+    let mut head = [0; HEAD];
+    let magic = &mut head[..MAGIC.len()];
+    // What is shorter than that is no solution file either.
+    sections
+        .read(magic)
+        .map_err(|fault| if let Fault::Truncated = fault { Fault::NoSolution } else { fault })?;
+    if *magic != MAGIC {
+        return Err(Fault::NoSolution);
+    }
+    sections.read(&mut head[MAGIC.len()..])?;
+    sections.check(hash(&head), "its head")?;
+    let version = u32::from_le_bytes([head[8], head[9], head[10], head[11]]);
+    if version != VERSION {
+        let program = String::from_utf8_lossy(&head[12..]);
+        let program = Some(program.trim_end_matches('\0')).filter(|name| is_name(name));
+        return Err(Fault::OtherVersion(version, program.unwrap_or("of an unknown version").to_owned()));
+    }
+    let text: Vec<u8> = sections.section(ORIGIN)?;
+    let origin: Option<Origin> = Some(&text)
+        .filter(|text| text.len() <= LONGEST_ORIGIN)
+        .and_then(|text| serde_json::from_slice(text).ok());
+    let origin = origin
+        .filter(Origin::is_sound)
+        .ok_or_else(|| Fault::Damaged("it does not say how it was made".to_owned()))?;
+    let scene = match sections.section(SCENE)?[..] {
+        [sided @ (0 | 1), geometry, materials, tree] => {
+            Fingerprint { one_sided: sided == 1, geometry, materials, tree }
+        }
+        _ => return Err(Fault::Damaged("it does not say for which scene it was made".to_owned())),
+    };
+    Ok((origin, scene))
+}
+
+/// Says what differs, the most telling first.
+fn is_same_scene(found: &Fingerprint, wanted: &Fingerprint) -> Result<(), Fault> {
+    let difference = if found.one_sided && !wanted.one_sided {
+        "for one-sided surfaces"
+    } else if found.one_sided != wanted.one_sided {
+        "for two-sided surfaces"
+    } else if found.geometry != wanted.geometry {
+        "for another scene: the geometry differs"
+    } else if found.materials != wanted.materials {
+        "for other materials: reflectance or emission has changed"
+    } else if found.tree != wanted.tree {
+        "by a lightshaft that divides this scene otherwise"
+    } else {
+        return Ok(());
+    };
+    Err(Fault::OtherScene(difference))
+}
+
+fn read_solution<R: Read>(sections: &mut Sections<R>, hierarchy: &Hierarchy) -> Result<Solution, Fault> {
+    let damaged = |what: &str| Fault::Damaged(what.to_owned());
+    let (iterations, counters) = read_counters(&sections.section(COUNTERS)?)
+        .ok_or_else(|| damaged("it does not count what was done"))?;
+    let [emitted, absorbed, escaped, corrected, error, min_size, factor] =
+        sections.section::<f64>(FIGURES)?[..]
+    else {
+        return Err(damaged("figures are missing"));
+    };
+    let factor = Some(factor as f32).filter(|factor| factor.is_finite());
+    let factor = factor.ok_or_else(|| damaged("its light was scaled by no number"))?;
+
+    let splits: Vec<bool> = sections.section(SPLITS)?;
+    let leaves = splits.iter().filter(|&&is_split| !is_split).count();
+    // Elements in memory are larger than in the file, so they are made only if the rest of the file is there.
+    let at_least = leaves as u64 * Vec3::BYTES as u64 + splits.len() as u64 * 4;
+    if sections.left() < at_least {
+        return Err(Fault::Truncated);
+    }
+    let nodes =
+        u32::try_from(splits.len() + hierarchy.nodes.len()).map_err(|_| damaged("too many elements"))?;
+    let forest = Forest::from_splits(hierarchy, &splits)
+        .ok_or_else(|| damaged("its elements are not those of this scene"))?;
+    drop(splits);
+    let irradiance: Vec<Vec3> = sections.section(IRRADIANCE)?;
+    if irradiance.len() != leaves {
+        return Err(damaged("elements are without irradiance"));
+    }
+    let light = Light::from_leaves(hierarchy, &forest, &irradiance);
+    drop(irradiance);
+    let gains: Vec<f32> = sections.section(STRAYS)?;
+    if gains.len() != forest.len() {
+        return Err(damaged("elements are without stray light"));
+    }
+    let openness = read_openness(sections, hierarchy, &forest)?;
+    let links: Vec<Link> = sections.section(LINKS)?;
+    let is_known = |link: &Link| link.receiver < nodes && link.source < nodes;
+    let is_sorted = links.is_sorted_by_key(|link| (link.receiver, link.source));
+    if !links.iter().all(is_known) || !is_sorted || u32::try_from(links.len()).is_err() {
+        return Err(damaged("its links are not between nodes of this scene, or out of order"));
+    }
+    sections.end()?;
+    Ok(Solution {
+        forest,
+        light,
+        links: LinkSet::new(links, nodes as usize),
+        openness,
+        strays: Strays::from_gains(gains),
+        factor,
+        counters,
+        work: Vec::new(),
+        iterations,
+        energy: Energy { emitted, absorbed, escaped, corrected, error },
+        min_size,
+        refine_seconds: 0.0,
+        solve_seconds: 0.0,
+    })
+}
+
+fn read_counters(stored: &[u64]) -> Option<(u32, RefineCounters)> {
+    let &[
+        iterations,
+        invisible,
+        certified_invisible,
+        pairs_tested,
+        shafts_built,
+        nodes_tested,
+        empty_shafts,
+        single_blockers,
+        fused_blockers,
+        rays_cast,
+        rays_avoided,
+        filter_calls,
+        filter_rejects,
+        border_hits,
+        culling_anomalies,
+        filled_shafts,
+        candidates,
+    ] = stored
+    else {
+        return None;
+    };
+    let visibility = VisibilityCounters {
+        pairs_tested,
+        shafts_built,
+        nodes_tested,
+        empty_shafts,
+        single_blockers,
+        fused_blockers,
+        rays_cast,
+        rays_avoided,
+        filter_calls,
+        filter_rejects,
+        border_hits,
+        culling_anomalies,
+        filled_shafts,
+        candidates,
+        nanoseconds: 0,
+    };
+    // Statistics add these up.
+    let is_small = |&count: &u64| count <= u64::MAX / 4;
+    if !stored.iter().all(is_small) {
+        return None;
+    }
+    Some((
+        iterations.try_into().ok()?,
+        RefineCounters { invisible, certified_invisible, visibility, detail: None },
+    ))
+}
+
+fn read_openness<R: Read>(
+    sections: &mut Sections<R>,
+    hierarchy: &Hierarchy,
+    forest: &Forest,
+) -> Result<Openness, Fault> {
+    let counts: Vec<u8> = sections.section(KEPT_COUNTS)?;
+    let kept: Vec<Kept> = sections.section(KEPT)?;
+    let total: usize = counts.iter().map(|&count| count as usize).sum();
+    let mut rest = &kept[..];
+    let sides: Vec<&[Kept]> = counts.iter().map_while(|&count| rest.split_off(..count as usize)).collect();
+    let holds = |side: usize, kept: &Kept| {
+        let facet = forest.side(side).facet;
+        let node = hierarchy.nodes.get(kept.node as usize);
+        node.is_some_and(|node| !node.is_leaf() && (node.first..node.end).contains(&facet))
+    };
+    let are_known = |(side, kept): (usize, &&[Kept])| kept.iter().all(|kept| holds(side, kept));
+    if sides.len() != forest.side_count() || total != kept.len() || !sides.iter().enumerate().all(are_known) {
+        return Err(Fault::Damaged("rays of its sides do not end in clusters of this scene".to_owned()));
+    }
+    Ok(Openness::from_kept(hierarchy, forest, sides.into_iter()))
+}
