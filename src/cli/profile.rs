@@ -4,19 +4,23 @@ use super::config::{ProfileConfig, SolveConfig};
 use super::console;
 use super::errors::CliError;
 use super::probe::{Target, compared, probe_all};
-use super::setup::setup;
+use super::setup::{self, setup};
 use super::solved::{Loaded, in_pool, link_stats, solve_options};
 use crate::gather::Gatherer;
 use crate::hierarchy::Hierarchy;
-use crate::image::write::check_destination;
+use crate::image::write::{OutputError, check_destination, png_bytes};
+use crate::image::{self, Heat, HeatMap};
 use crate::progress::{Both, Progress, Silent, Span, Timeline};
-use crate::radiosity::{self, Solution, VisibilityError};
+use crate::radiosity::{self, Record, Solution, SolveOptions, VisibilityError};
 use crate::report::detail::RunDetail;
+use crate::report::html::ShownMap;
 use crate::report::profile::{Profile, ProfiledRun, Spread};
 use crate::report::trace::{self, Stage};
 use crate::report::{html, json, memory, plot};
+use crate::scene::Camera;
 use crate::tracer::Tracer;
 use crate::visibility::Strategy;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// What the ratios are to, when it is among the runs: classic radiosity with this many rays.
@@ -100,7 +104,14 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
         plot::write_profile(path, &found)?;
     }
     if let Some(path) = &config.html {
-        html::write_profile(path, &found, &setup(&config.run, &loaded, &hierarchy))?;
+        let mut made_with = setup(&config.run, &loaded, &hierarchy);
+        let mut maps = Vec::new();
+        if let (Some(&(tracer, settings)), Some(camera)) = (kinds.first(), loaded.scene.cameras.first()) {
+            let camera = within(camera, MAP_PIXELS);
+            made_with.values.extend(setup::view(&camera, MAP_SAMPLES));
+            maps = bench.maps(path, tracer, settings, &camera, progress)?;
+        }
+        html::write_profile(path, &found, maps, &made_with)?;
     }
     Ok(())
 }
@@ -108,6 +119,20 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
 /// A run, as the trace calls it.
 fn named(tracer: &dyn Tracer, settings: &SolveConfig) -> String {
     format!("{}, {}, {} rays", Strategy::from(settings.strategy).name(), tracer.name(), settings.rays)
+}
+
+/// Longer side of a heat map on a page, pixels, and its samples per pixel.
+const MAP_PIXELS: u32 = 640;
+const MAP_SAMPLES: u32 = 4;
+
+/// The same camera with a picture that is no larger.
+fn within(camera: &Camera, most: u32) -> Camera {
+    let longer = camera.width.max(camera.height);
+    if longer <= most {
+        return camera.clone();
+    }
+    let scaled = |side: u32| (u64::from(side) * u64::from(most) / u64::from(longer)).max(1) as u32;
+    Camera { width: scaled(camera.width), height: scaled(camera.height), ..camera.clone() }
 }
 
 /// What was measured of one run, over all repeats.
@@ -146,6 +171,36 @@ impl Bench<'_> {
         let counters = &solution.counters;
         let detail = counters.detail.as_deref().cloned().unwrap_or_default();
         RunDetail::new(&detail, &counters.visibility, radius, phases, total)
+    }
+
+    /// The heat maps of one setting, for the page at `path`. It is solved once more: what they need is not kept while
+    /// time is measured.
+    fn maps(
+        &self,
+        path: &Path,
+        tracer: &dyn Tracer,
+        settings: &SolveConfig,
+        camera: &Camera,
+        progress: &dyn Progress,
+    ) -> Result<Vec<ShownMap>, CliError> {
+        let square_meters = self.hierarchy.square_meters_per_unit(self.loaded.scene.meters_per_unit);
+        let options = SolveOptions { record: Record::Work, ..solve_options(settings) };
+        let solution = radiosity::solve(self.hierarchy, tracer, &options, square_meters, progress);
+        let maps = [
+            (Heat::Cost, "cost of visibility by area"),
+            (Heat::Links, "links"),
+            (Heat::Class, "class of the links that cost most"),
+            (Heat::Partial, "share of the light over partial links"),
+        ];
+        let shown = maps.map(|(heat, name)| {
+            let map = HeatMap::new(self.hierarchy, &solution, square_meters, heat);
+            let shown = (&map, MAP_SAMPLES);
+            let picture = image::render_heat(self.hierarchy, tracer, &solution, camera, shown, progress);
+            let png = png_bytes(&picture, None)
+                .map_err(|message| OutputError::Encode { path: path.to_owned(), message })?;
+            Ok(ShownMap { name, legend: map.legend(), size: [picture.width, picture.height], png })
+        });
+        shown.into_iter().collect()
     }
 
     /// All but the times, and where the work went.

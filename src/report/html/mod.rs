@@ -11,7 +11,7 @@ mod table;
 mod work;
 
 pub use compare::{Shown, write_compare};
-pub use profile::write_profile;
+pub use profile::{ShownMap, write_profile};
 
 use std::path::Path;
 

@@ -7,21 +7,38 @@ use maud::{Markup, html};
 use super::super::bars::{Bar, Group};
 use super::super::plot;
 use super::super::profile::{Profile, ProfiledRun};
-use super::figures::{bar_chart, curves};
+use super::figures::{Image, bar_chart, curves, picture};
 use super::table::{Cell, decimals, table};
 use super::{Page, Section, Setup, work};
 use crate::image::write::OutputError;
+
+/// A heat map, to be shown on the page.
+pub struct ShownMap {
+    /// What it shows, in a few words.
+    pub name: &'static str,
+    /// What its colours mean.
+    pub legend: String,
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    /// A PNG file.
+    pub png: Vec<u8>,
+}
 
 /// Writes the page to `path`, whole or not at all.
 ///
 /// # Errors
 /// When `path` cannot be written.
-pub fn write_profile(path: &Path, found: &Profile, setup: &Setup) -> Result<(), OutputError> {
-    let page = page(found).map_err(|message| OutputError::Encode { path: path.to_owned(), message })?;
+pub fn write_profile(
+    path: &Path,
+    found: &Profile,
+    maps: Vec<ShownMap>,
+    setup: &Setup,
+) -> Result<(), OutputError> {
+    let page = page(found, maps).map_err(|message| OutputError::Encode { path: path.to_owned(), message })?;
     page.write(path, setup)
 }
 
-pub(super) fn page(found: &Profile) -> Result<Page, String> {
+pub(super) fn page(found: &Profile, maps: Vec<ShownMap>) -> Result<Page, String> {
     Ok(Page {
         title: format!("{}: where visibility time goes", found.scene),
         verdict: None,
@@ -31,6 +48,7 @@ pub(super) fn page(found: &Profile) -> Result<Page, String> {
             Section { heading: "Run by run", body: bars(found)? },
             Section { heading: "Where the time goes", body: work::seconds(found)? },
             Section { heading: "What settled pairs, and their sizes", body: work::pairs(found)? },
+            Section { heading: "Where in the scene", body: heat_maps(found, maps) },
             Section { heading: "All figures", body: figures(found) },
         ],
     })
@@ -89,6 +107,19 @@ fn summary(found: &Profile) -> Vec<String> {
         }));
     }
     words
+}
+
+/// The maps of the first run.
+fn heat_maps(found: &Profile, maps: Vec<ShownMap>) -> Markup {
+    html! {
+        @if let Some(run) = found.runs.first() {
+            p { "The scene as " (run.name()) " left it, coloured by what visibility costs where." }
+        }
+        @for ShownMap { name, legend, size, png } in maps {
+            (picture(&Image { png, name: name.to_owned() }, size, name))
+            pre { (legend) }
+        }
+    }
 }
 
 fn error_against_time(found: &Profile) -> Result<Markup, String> {

@@ -20,7 +20,7 @@ fn compare_page(mut report: CompareReport, name: &str) -> String {
 
 fn profile_page(runs: Vec<ProfiledRun>, name: &str) -> String {
     let found = Profile { scene: name.to_owned(), runs, repeats: 3, ..Profile::default() };
-    profile::page(&found).expect("a page").markup(&setup(name)).into_string()
+    profile::page(&found, Vec::new()).expect("a page").markup(&setup(name)).into_string()
 }
 
 fn setup(name: &str) -> Setup {
