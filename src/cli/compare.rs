@@ -266,8 +266,36 @@ mod tests {
         }
     }
 
-    /// The answer for the Cornell box with a tracer and one that is blind to a facet.
-    fn answer_for(facet: u32, config: &CompareConfig) -> (Result<(), CliError>, CompareReport) {
+    /// Looks only from a twentieth of the way on.
+    struct Late<'a>(&'a FallbackTracer);
+
+    impl Tracer for Late<'_> {
+        fn name(&self) -> &'static str {
+            "late"
+        }
+
+        fn blockers(
+            &self,
+            segments: &[Segment],
+            candidates: Candidates<'_>,
+            blockers: &mut [u32],
+            audit: &mut FilterAudit,
+        ) {
+            let late = |s: &Segment| Segment { from: s.from.lerp(s.to, 0.05), ..*s };
+            let shifted: Vec<Segment> = segments.iter().map(late).collect();
+            self.0.blockers(&shifted, candidates, blockers, audit);
+        }
+
+        fn first_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+            self.0.first_hits(rays, hits);
+        }
+    }
+
+    /// Puts a fault before a tracer.
+    type Fault = for<'a> fn(&'a FallbackTracer) -> Box<dyn Tracer + 'a>;
+
+    /// The answer for the Cornell box with a tracer and a faulty one.
+    fn answer_for(fault: Fault, config: &CompareConfig) -> (Result<(), CliError>, CompareReport) {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell-box/scene.toml");
         let scene = scene::load(&path, &Default::default(), &Silent).expect("a scene of the project");
         let hierarchy = Hierarchy::build(&scene, false, &Silent);
@@ -288,9 +316,9 @@ mod tests {
             render: RenderOptions { samples: 1, view: View::Shaded },
             square_meters: 1.0,
         };
-        let blind = Blind(&tracer, facet);
-        let (found, pictures) = compare(&hierarchy, [&tracer, &blind], &options, &Silent);
-        let report = CompareReport::new(&scene.name, ["fallback", "blind"], 1, &hierarchy, &found);
+        let faulty = fault(&tracer);
+        let (found, pictures) = compare(&hierarchy, [&tracer, faulty.as_ref()], &options, &Silent);
+        let report = CompareReport::new(&scene.name, ["fallback", faulty.name()], 1, &hierarchy, &found);
         let answered = answer(config, &hierarchy, &found, &report, &pictures, &Setup::default());
         (answered, report)
     }
@@ -314,13 +342,13 @@ mod tests {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let config = config(folder.path());
         let page = || std::fs::read_to_string(folder.path().join("a.html")).expect("a page");
-        let (same, report) = answer_for(NO_FACET, &config);
+        let (same, report) = answer_for(|tracer| Box::new(Blind(tracer, NO_FACET)), &config);
         assert!(page().contains("The tracers agree."));
         assert!(same.is_ok() && report.agree, "{}", report.text());
         assert_eq!((report.links.share(), report.exitance.max, report.picture.max), (0.0, 0.0, 0.0));
 
         // Facets of the two boxes, the last but for the walls.
-        let (different, report) = answer_for(BOX_SIDE, &config);
+        let (different, report) = answer_for(|tracer| Box::new(Blind(tracer, BOX_SIDE)), &config);
         for name in ["a.json", "a.replay", "pictures/difference.png"] {
             assert!(folder.path().join(name).is_file(), "{name} is written all the same");
         }
@@ -332,6 +360,20 @@ mod tests {
             assert!(message.contains(part), "{part} is missing: {message}");
         }
         assert!(report.links.share() > 0.0 && report.exitance.max > 0.0, "{}", report.text());
+        let shadow_rays = &report.rays[0];
+        assert!(shadow_rays.wrong[1] > 0 && shadow_rays.wrong[0] == 0, "{}", report.text());
+    }
+
+    #[test]
+    fn a_tracer_whose_rays_begin_too_late_ends_with_code_9_and_the_place() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let (different, report) = answer_for(|tracer| Box::new(Late(tracer)), &config(folder.path()));
+        let error = different.expect_err("the tracers disagree");
+        assert_eq!(error.kind().code(), 9);
+        let message = error.to_string();
+        for part in ["rays are wrong in late", "worst: ", "facet ", "late: "] {
+            assert!(message.contains(part), "{part} is missing: {message}");
+        }
         let shadow_rays = &report.rays[0];
         assert!(shadow_rays.wrong[1] > 0 && shadow_rays.wrong[0] == 0, "{}", report.text());
     }
