@@ -5,8 +5,8 @@ use super::finding::root;
 use super::flights::{Landing, flights};
 use super::subject::Subject;
 
-/// Rays in all. Deviations of 1 % show where there are many groups.
-const RAYS: u32 = 1 << 20;
+/// Rays in all. Deviations of 1.5 % show where there are many groups.
+const RAYS: u32 = 1 << 19;
 
 /// Rays that a group receives: a thirty-second of its light is noise.
 const RAYS_EACH: f64 = 1024.0;

@@ -200,7 +200,7 @@ fn a_broken_reciprocity_is_noticed() {
 
 #[test]
 fn wrong_visibility_is_noticed() {
-    let mut planted = Planted::new(Case::load("paper-3"), &options(Strategy::Adaptive));
+    let mut planted = Planted::new(Case::load("paper-3"), &normal());
     let hidden = planted.strongest(|links, index| {
         let link = &links.links[index];
         link.class == LinkClass::Partial && link.visibility < 0.7
