@@ -57,7 +57,13 @@ fn names_of_files_become_text() {
     let run = folder.run(&[&PROFILE[..], &["adaptive", name, "-q", "--html", "a.html"]].concat());
     assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{run:?}");
     let page = std::fs::read_to_string(folder.path("a.html")).expect("a page");
-    assert!(page.contains("&lt;img src=x onerror=alert(1)&gt;&amp;") && !page.contains("<img"), "{page}");
+    assert!(
+        page.contains("&lt;img src=x onerror=alert(1)&gt;&amp;") && !page.contains("<img src=x"),
+        "{page}"
+    );
+    // The heat maps.
+    assert_eq!(page.matches("<img").count(), 4, "{page}");
+    assert_eq!(page.matches("src=\"data:image/png;base64,").count(), 4, "{page}");
 }
 
 #[test]
