@@ -13,6 +13,11 @@ pub(super) trait Record: Sized {
 
     /// Reads from as many; `None` for what no solution holds, such as a number that is not finite.
     fn get(from: &[u8]) -> Option<Self>;
+
+    /// Whether it may stand behind another one.
+    fn may_follow(&self, _before: &Self) -> bool {
+        true
+    }
 }
 
 /// Four bytes at a place.
@@ -150,5 +155,10 @@ impl Record for Link {
             inherited: bool::get(&from[25..26])?,
             work: u16::from_le_bytes([from[26], from[27]]),
         })
+    }
+
+    /// By receiver, then source, each pair once.
+    fn may_follow(&self, before: &Link) -> bool {
+        (before.receiver, before.source) < (self.receiver, self.source)
     }
 }

@@ -92,8 +92,9 @@ impl<R: Read> Sections<R> {
         Err(Fault::Damaged(format!("{what} has not the checksum that it was written with")))
     }
 
-    /// The records of the next section, which must be this one. No more memory is asked for than the file is long.
-    pub(super) fn section<T: Record>(&mut self, tag: Tag) -> Result<Vec<T>, Fault> {
+    /// The records of the next section, which must be this one, `most` of them at most. Memory is asked for as they are
+    /// read: the length of a file says little of what is in it.
+    pub(super) fn section<T: Record>(&mut self, tag: Tag, most: usize) -> Result<Vec<T>, Fault> {
         let name = format!("section {}", tag.escape_ascii());
         let mut head = [0; HEAD - 4];
         self.read_sealed(&mut head, &format!("the head of {name}"))?;
@@ -103,27 +104,28 @@ impl<R: Read> Sections<R> {
         let count = u64::get(&head[4..]).unwrap_or_default();
         let bytes = count.checked_mul(T::BYTES as u64).filter(|&bytes| bytes <= self.left);
         let mut bytes = bytes.ok_or(Fault::Truncated)?;
-        let mut records = Vec::with_capacity(count as usize);
+        if count > most as u64 {
+            return Err(Fault::Damaged(format!("{name} is longer than in any solution of this scene")));
+        }
+        let mut records: Vec<T> = Vec::new();
         let mut block = vec![0; (BLOCK / T::BYTES * T::BYTES).min(bytes as usize)];
         let mut sum = crc32fast::Hasher::new();
-        let mut are_sound = true;
         while bytes > 0 {
             let part = (block.len() as u64).min(bytes) as usize;
             self.read(&mut block[..part])?;
             sum.update(&block[..part]);
             bytes -= part as u64;
+            let too_large = |_| Fault::Damaged(format!("{name} does not fit into memory"));
+            records.try_reserve(part / T::BYTES).map_err(too_large)?;
             for record in block[..part].chunks_exact(T::BYTES) {
-                // Whether they are what was written is known at the end only.
-                match T::get(record) {
-                    Some(record) => records.push(record),
-                    None => are_sound = false,
-                }
+                let record =
+                    T::get(record).filter(|next| records.last().is_none_or(|last| next.may_follow(last)));
+                let record = record
+                    .ok_or_else(|| Fault::Damaged(format!("{name} holds values that no solution has")))?;
+                records.push(record);
             }
         }
         self.check(sum.finalize(), &name)?;
-        if !are_sound {
-            return Err(Fault::Damaged(format!("{name} holds values that no solution has")));
-        }
         Ok(records)
     }
 

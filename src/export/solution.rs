@@ -26,6 +26,9 @@ const MAGIC: [u8; 8] = *b"\x89LSOL\r\n\x1a";
 /// Magic, version, and the version of the program, filled up with zeros.
 const HEAD: usize = 8 + 4 + 20;
 
+/// No section of counters or of figures holds more.
+const MOST_FIGURES: usize = 64;
+
 /// Longest description of the origin, bytes.
 const LONGEST_ORIGIN: usize = 1 << 12;
 
@@ -206,14 +209,12 @@ fn read_head<R: Read>(sections: &mut Sections<R>) -> Result<(Origin, Fingerprint
         let program = Some(program.trim_end_matches('\0')).filter(|name| is_name(name));
         return Err(Fault::OtherVersion(version, program.unwrap_or("of an unknown version").to_owned()));
     }
-    let text: Vec<u8> = sections.section(ORIGIN)?;
-    let origin: Option<Origin> = Some(&text)
-        .filter(|text| text.len() <= LONGEST_ORIGIN)
-        .and_then(|text| serde_json::from_slice(text).ok());
+    let text: Vec<u8> = sections.section(ORIGIN, LONGEST_ORIGIN)?;
+    let origin: Option<Origin> = serde_json::from_slice(&text).ok();
     let origin = origin
         .filter(Origin::is_sound)
         .ok_or_else(|| Fault::Damaged("it does not say how it was made".to_owned()))?;
-    let scene = match sections.section(SCENE)?[..] {
+    let scene = match sections.section(SCENE, 4)?[..] {
         [sided @ (0 | 1), geometry, materials, tree] => {
             Fingerprint { one_sided: sided == 1, geometry, materials, tree }
         }
@@ -242,17 +243,17 @@ fn is_same_scene(found: &Fingerprint, wanted: &Fingerprint) -> Result<(), Fault>
 
 fn read_solution<R: Read>(sections: &mut Sections<R>, hierarchy: &Hierarchy) -> Result<Solution, Fault> {
     let damaged = |what: &str| Fault::Damaged(what.to_owned());
-    let (iterations, counters) = read_counters(&sections.section(COUNTERS)?)
+    let (iterations, counters) = read_counters(&sections.section(COUNTERS, MOST_FIGURES)?)
         .ok_or_else(|| damaged("it does not count what was done"))?;
     let [emitted, absorbed, escaped, corrected, error, min_size, factor] =
-        sections.section::<f64>(FIGURES)?[..]
+        sections.section::<f64>(FIGURES, MOST_FIGURES)?[..]
     else {
         return Err(damaged("figures are missing"));
     };
     let factor = Some(factor as f32).filter(|factor| factor.is_finite());
     let factor = factor.ok_or_else(|| damaged("its light was scaled by no number"))?;
 
-    let splits: Vec<bool> = sections.section(SPLITS)?;
+    let splits: Vec<bool> = sections.section(SPLITS, u32::MAX as usize)?;
     let leaves = splits.iter().filter(|&&is_split| !is_split).count();
     // Elements in memory are larger than in the file, so they are made only if the rest of the file is there.
     let at_least = leaves as u64 * Vec3::BYTES as u64 + splits.len() as u64 * 4;
@@ -264,22 +265,21 @@ fn read_solution<R: Read>(sections: &mut Sections<R>, hierarchy: &Hierarchy) -> 
     let forest = Forest::from_splits(hierarchy, &splits)
         .ok_or_else(|| damaged("its elements are not those of this scene"))?;
     drop(splits);
-    let irradiance: Vec<Vec3> = sections.section(IRRADIANCE)?;
+    let irradiance: Vec<Vec3> = sections.section(IRRADIANCE, leaves)?;
     if irradiance.len() != leaves {
         return Err(damaged("elements are without irradiance"));
     }
     let light = Light::from_leaves(hierarchy, &forest, &irradiance);
     drop(irradiance);
-    let gains: Vec<f32> = sections.section(STRAYS)?;
+    let gains: Vec<f32> = sections.section(STRAYS, forest.len())?;
     if gains.len() != forest.len() {
         return Err(damaged("elements are without stray light"));
     }
     let openness = read_openness(sections, hierarchy, &forest)?;
-    let links: Vec<Link> = sections.section(LINKS)?;
+    let links: Vec<Link> = sections.section(LINKS, u32::MAX as usize)?;
     let is_known = |link: &Link| link.receiver < nodes && link.source < nodes;
-    let is_sorted = links.is_sorted_by_key(|link| (link.receiver, link.source));
-    if !links.iter().all(is_known) || !is_sorted || u32::try_from(links.len()).is_err() {
-        return Err(damaged("its links are not between nodes of this scene, or out of order"));
+    if !links.iter().all(is_known) {
+        return Err(damaged("its links are not between nodes of this scene"));
     }
     sections.end()?;
     Ok(Solution {
@@ -355,9 +355,9 @@ fn read_openness<R: Read>(
     hierarchy: &Hierarchy,
     forest: &Forest,
 ) -> Result<Openness, Fault> {
-    let counts: Vec<u8> = sections.section(KEPT_COUNTS)?;
-    let kept: Vec<Kept> = sections.section(KEPT)?;
+    let counts: Vec<u8> = sections.section(KEPT_COUNTS, forest.side_count())?;
     let total: usize = counts.iter().map(|&count| count as usize).sum();
+    let kept: Vec<Kept> = sections.section(KEPT, total)?;
     let mut rest = &kept[..];
     let sides: Vec<&[Kept]> = counts.iter().map_while(|&count| rest.split_off(..count as usize)).collect();
     let holds = |side: usize, kept: &Kept| {

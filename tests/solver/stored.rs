@@ -218,6 +218,24 @@ fn lengths_that_no_file_has_are_refused_before_memory_is_asked_for() {
     }
 }
 
+/// A file may be said to be long, and be so without taking any space on a disk.
+#[test]
+fn a_length_that_the_file_may_have_is_not_believed_either() {
+    let (case, bytes) = small();
+    for (tag, _) in SECTIONS {
+        let at = section(&bytes, tag);
+        let mut changed = bytes[..at + 12].to_vec();
+        changed[at + 4..at + 12].copy_from_slice(&(1u64 << 36).to_le_bytes());
+        changed.extend([0; 4]);
+        seal(&mut changed, at..at + 12);
+        let endless = std::io::Read::chain(&changed[..], std::io::repeat(0));
+        let error = SolutionFile::read_from(Path::new("room.lsol"), endless, 1 << 50)
+            .and_then(|file| file.read(&case.hierarchy, case.scene.meters_per_unit))
+            .expect_err("more than any solution has");
+        assert!(matches!(error, SolutionFileError::Damaged { .. }), "{}: {error}", tag.escape_ascii());
+    }
+}
+
 /// Checksums do not help against a file that was made to do harm.
 #[test]
 fn content_that_no_solution_has_is_refused_though_its_checksums_are_right() {
