@@ -50,8 +50,8 @@ impl Flights {
     }
 }
 
-/// Sends the light of all leaf elements on its way with `count` rays, a multiple of [`PACKET`]; the same rays for any number of threads. Every other ray is of a
-/// sequence of its own: how far the two halves differ shows how much is noise.
+/// Sends the light of all leaf elements on its way with `count` rays, a multiple of [`PACKET`]; the same rays for any
+/// number of threads. Every other ray is of a sequence of its own: how far the two halves differ shows how much is noise.
 pub(super) fn flights(subject: &Subject<'_>, count: u32) -> Flights {
     let exitance = &subject.solution.light.exitance;
     let lottery =

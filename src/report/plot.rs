@@ -87,17 +87,15 @@ pub fn write_profile(path: &Path, found: &Profile) -> Result<(), OutputError> {
 
 /// The plot of [`write_profile`] under a title.
 pub(super) fn profile(found: &Profile, title: String) -> Plot<'static> {
-    let mut curves: Vec<Curve> = Vec::new();
-    for run in &found.runs {
-        let ProfiledRun { strategy, tracer, rays, .. } = run;
-        let name = format!("{strategy}, {tracer}");
+    let point = |run: &ProfiledRun| {
         let at = (run.visibility_seconds.median, 100.0 * run.visibility_error.mean);
-        let point = (at, if title.is_empty() { rays.to_string() } else { format!("{rays} rays") });
-        match curves.iter_mut().find(|curve| curve.name == name) {
-            Some(curve) => curve.points.push(point),
-            None => curves.push(Curve { name, points: vec![point] }),
-        }
-    }
+        (at, if title.is_empty() { run.rays.to_string() } else { format!("{} rays", run.rays) })
+    };
+    let curve = |name: String| {
+        let points = found.runs.iter().filter(|run| run.kind() == name).map(point).collect();
+        Curve { name, points }
+    };
+    let curves = found.kinds().into_iter().map(curve).collect();
     let y = "visibility error, mean over links (%)";
     Plot { title, x: "time in visibility, all threads (s)", y, curves }
 }

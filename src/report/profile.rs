@@ -97,13 +97,29 @@ const ERRORS: [Error; 2] = [
 ];
 
 impl ProfiledRun {
+    /// Such as `adaptive, embree`.
+    pub fn kind(&self) -> String {
+        format!("{}, {}", self.strategy, self.tracer)
+    }
+
     /// Such as `adaptive, embree, 16 rays`.
     pub fn name(&self) -> String {
-        format!("{}, {}, {} rays", self.strategy, self.tracer, self.rays)
+        format!("{}, {} rays", self.kind(), self.rays)
     }
 }
 
 impl Profile {
+    /// Strategies with tracers, in the order in which runs have them: curves, colours and legends follow it.
+    pub(super) fn kinds(&self) -> Vec<String> {
+        let mut kinds: Vec<String> = Vec::new();
+        for kind in self.runs.iter().map(ProfiledRun::kind) {
+            if !kinds.contains(&kind) {
+                kinds.push(kind);
+            }
+        }
+        kinds
+    }
+
     /// For people; errors in per cent.
     pub fn table(&self) -> String {
         let (Some(yardstick), Some(first)) = (self.runs.get(self.yardstick), self.runs.first()) else {

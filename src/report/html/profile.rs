@@ -60,15 +60,9 @@ fn percent(share: f64) -> String {
 
 /// Strategy and tracer of each run, the same ones together, as in the plot: its colour, and what that means.
 fn kinds(found: &Profile) -> (Vec<String>, Vec<usize>) {
-    let mut names: Vec<String> = Vec::new();
-    let colours = found.runs.iter().map(|run| {
-        let name = format!("{}, {}", run.strategy, run.tracer);
-        names.iter().position(|known| *known == name).unwrap_or_else(|| {
-            names.push(name);
-            names.len() - 1
-        })
-    });
-    let colours = colours.collect();
+    let names = found.kinds();
+    let colours =
+        found.runs.iter().filter_map(|run| names.iter().position(|name| *name == run.kind())).collect();
     (names, colours)
 }
 

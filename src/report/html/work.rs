@@ -119,10 +119,12 @@ fn pairs_of(detail: &RunDetail) -> Result<Markup, String> {
     })
 }
 
-/// A bar for each bin up to the last that is not empty.
+/// A bar for each bin; nothing where there are none.
 fn histogram(caption: &str, bins: &[Bin]) -> Result<Markup, String> {
-    let last = bins.iter().rposition(|bin| bin.count > 0).map_or(0, |last| last + 1);
-    let bars = bins[..last].iter().map(|bin| Bar {
+    if bins.is_empty() {
+        return Ok(html! {});
+    }
+    let bars = bins.iter().map(|bin| Bar {
         value: bin.count as f64,
         range: None,
         text: match bin.from == bin.to {
@@ -131,8 +133,5 @@ fn histogram(caption: &str, bins: &[Bin]) -> Result<Markup, String> {
         },
         colour: 0,
     });
-    if last == 0 {
-        return Ok(html! {});
-    }
     bar_chart(caption, &[], &[Group { name: "value: how often".to_owned(), bars: bars.collect() }])
 }
