@@ -4,7 +4,7 @@
 //! that is lost or made in one flight is so ten times over. So all that surfaces receive is scaled by one factor. Where
 //! much light escapes, rays know less about the rest than links do: the factor follows what is beyond their noise.
 
-use super::flight::{RAYS, flight};
+use super::flight::{Flight, flight};
 use super::forest::Forest;
 use super::transport::Light;
 use crate::hierarchy::Hierarchy;
@@ -21,14 +21,14 @@ const NOISE: f64 = 3.0;
 pub(super) struct Conservation {
     /// The factor.
     pub(super) factor: f32,
-    /// Share of all light that ends on surfaces which take part; `None` before rays have found it.
-    landing: Option<f64>,
+    /// Where all light goes; `None` before rays have found it.
+    flight: Option<Flight>,
 }
 
 impl Conservation {
     /// Nothing is known yet.
     pub(super) fn unknown() -> Conservation {
-        Conservation { factor: 1.0, landing: None }
+        Conservation { factor: 1.0, flight: None }
     }
 
     /// Finds with rays how much light ends on surfaces, if nothing is known or light has `changed`.
@@ -40,20 +40,18 @@ impl Conservation {
         tracer: &dyn Tracer,
         changed: bool,
     ) {
-        if changed || self.landing.is_none() {
-            let flight = flight(hierarchy, forest, light, tracer);
-            let sent = light.sent(forest);
-            let gone = if sent > 0.0 { (flight.escaped + flight.on_backs) / sent } else { 0.0 };
-            self.landing = Some((1.0 - gone).max(0.0));
+        if changed || self.flight.is_none() {
+            self.flight = Some(flight(hierarchy, forest, light, tracer));
         }
     }
 
     /// Corrects the factor by what came of the light `before` an iteration `after` it.
     pub(super) fn follow(&mut self, forest: &Forest, before: &Light, after: &Light) {
-        let Some(landing) = self.landing else { return };
+        let Some(flight) = self.flight else { return };
+        let landing = (1.0 - flight.escaped - flight.on_backs).max(0.0);
         let over_links = after.received(forest) / f64::from(self.factor);
         let off = landing * before.sent(forest) / over_links - 1.0;
-        let noise = NOISE * NOISE * (1.0 - landing) / (landing * f64::from(RAYS));
+        let noise = NOISE * NOISE * (1.0 - landing) / (landing * f64::from(flight.rays));
         let share = off * off / (off * off + noise);
         // Nothing is off, or nothing is on its way.
         let factor = if share.is_finite() { 1.0 + off * share } else { 1.0 };

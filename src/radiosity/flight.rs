@@ -9,8 +9,12 @@ use crate::tracer::{Departure, PACKET, Ray, Tracer, departing_hits};
 use glam::Vec3;
 use rayon::prelude::*;
 
-/// Rays, each standing for the same power: the answer is good to about a quarter of a per cent.
-pub(super) const RAYS: u32 = 1 << 17;
+/// Rays of a first look, each standing for the same power: rooms are measured with them.
+const FEW: u32 = 1 << 12;
+
+/// Where half of the light escapes, so many rays find how much to about a seventh of a per cent; where less does,
+/// fewer rays find it as well.
+const MOST: u32 = 1 << 17;
 
 /// Light caught in a narrow gap makes no room smaller than this share of the smaller facet at its ends.
 const LEAST_WALL: f64 = 0.04;
@@ -21,83 +25,122 @@ const CELLS: f64 = 20.0;
 /// Where light goes after it leaves a surface.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Flight {
-    /// Power (sum over channels, local areas) of the light that meets no surface.
+    /// Share of the light that meets no surface.
     pub(super) escaped: f64,
-    /// Power (likewise) of the light that ends on the backs of one-sided surfaces.
+    /// Share of the light that ends on the backs of one-sided surfaces.
     pub(super) on_backs: f64,
-    /// Mean square distance the other light flies, local units: about the area of a wall of the rooms it
-    /// fills, but no less than a share of the facets it flies between. 1 when there is no such light.
+    /// Rays that found it.
+    pub(super) rays: u32,
+}
+
+/// The rooms that the light of a scene fills.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rooms {
+    /// Mean square distance that light flies which meets a surface, local units: about the area of a wall of the
+    /// rooms, but no less than a share of the facets it flies between. 1 when there is no such light.
     pub(super) wall_area: f64,
-    /// How many such rooms it fills, about; at least 1.
-    pub(super) rooms: f64,
+    /// How many such rooms there are, about; at least 1.
+    pub(super) count: f64,
 }
 
 /// Follows the light one step.
 pub(super) fn flight(hierarchy: &Hierarchy, forest: &Forest, light: &Light, tracer: &dyn Tracer) -> Flight {
-    let leaves: Vec<u32> = forest.leaves().map(|e| e as u32).collect();
-    let power_of = |e: u32| {
-        let b = light.exitance[e as usize];
-        (b.x + b.y + b.z) as f64 * forest.area[e as usize] as f64
+    let senders = Senders::new(forest, light);
+    let followed = |rays: u32| {
+        let landings = senders.followed(hierarchy, forest, tracer, rays);
+        let share = |count: usize| count as f64 / f64::from(rays);
+        let on_backs = landings.iter().filter(|landing| landing.on_back).count();
+        Flight { escaped: share(rays as usize - landings.len()), on_backs: share(on_backs), rays }
     };
-    let mut total = 0.0;
-    let sums: Vec<f64> = leaves
-        .iter()
-        .map(|&e| {
-            total += power_of(e);
-            total
-        })
-        .collect();
-    if total <= 0.0 {
-        return Flight { escaped: 0.0, on_backs: 0.0, wall_area: 1.0, rooms: 1.0 };
+    if senders.total <= 0.0 {
+        return Flight { escaped: 0.0, on_backs: 0.0, rays: 0 };
     }
-    let sequence = PairSequence::new(1);
-    let landings: Vec<Landing> = (0..RAYS / PACKET as u32)
-        .into_par_iter()
-        .with_min_len(64)
-        .map_init(
-            || Way::new(hierarchy, forest),
-            |way, packet| {
-                std::array::from_fn(|i| {
-                    let index = packet * PACKET as u32 + i as u32;
-                    let [u, v, s, t] = sequence.point(index);
-                    let at = (index as f64 + 0.5) / RAYS as f64 * total;
-                    let element = leaves[sums.partition_point(|&sum| sum <= at).min(leaves.len() - 1)];
-                    let piece = way.to(element);
-                    let normal = piece.plane.normal;
-                    let (point, direction) = (piece.polygon.point_at(u, v), cosine_direction(normal, s, t));
-                    Departure { point, normal, facet: piece.side.facet, direction }
-                })
-            },
-        )
-        .flat_map_iter(|departures: [Departure; PACKET]| {
-            let mut rays = [Ray { origin: Vec3::ZERO, direction: Vec3::Z }; PACKET];
-            let mut hits = [None; PACKET];
-            departing_hits(tracer, &departures, &mut rays, &mut hits);
-            (0..PACKET).filter_map(move |i| {
-                let (ray, hit) = (&rays[i], hits[i]?);
-                let side = hierarchy.side_met(hit.facet, ray.direction);
-                let areas = [departures[i].facet, hit.facet].map(|facet| hierarchy.polygon(facet).area());
-                Some(Landing {
-                    point: ray.origin + ray.direction * hit.t,
-                    square: (hit.t as f64).powi(2),
-                    least: LEAST_WALL * areas[0].min(areas[1]),
-                    on_back: forest.side_index(side).is_none(),
+    let first = followed(FEW);
+    let gone = first.escaped + first.on_backs;
+    // As exact as the most rays are about one half.
+    let wanted = (4.0 * gone * (1.0 - gone) * f64::from(MOST)) as u32;
+    if wanted > FEW { followed(wanted.next_multiple_of(PACKET as u32)) } else { first }
+}
+
+/// Measures the rooms that the light fills.
+pub(super) fn rooms(hierarchy: &Hierarchy, forest: &Forest, light: &Light, tracer: &dyn Tracer) -> Rooms {
+    let landings = Senders::new(forest, light).followed(hierarchy, forest, tracer, FEW);
+    if landings.is_empty() {
+        return Rooms { wall_area: 1.0, count: 1.0 };
+    }
+    let sum = |value: fn(&Landing) -> f64| landings.iter().map(value).sum::<f64>();
+    let squares = sum(|landing| landing.square).max(sum(|landing| landing.least));
+    let wall_area = rounded(squares / landings.len() as f64);
+    Rooms { wall_area, count: rooms_of_walls(&landings, wall_area.sqrt() as f32) }
+}
+
+/// The leaf elements with the power they send out.
+struct Senders {
+    leaves: Vec<u32>,
+    /// Power of each and those before it, summed over channels, local areas.
+    sums: Vec<f64>,
+    /// Power of all.
+    total: f64,
+}
+
+impl Senders {
+    fn new(forest: &Forest, light: &Light) -> Senders {
+        let leaves: Vec<u32> = forest.leaves().map(|e| e as u32).collect();
+        let mut total = 0.0;
+        let power = |e: u32| (light.exitance[e as usize].element_sum() * forest.area[e as usize]) as f64;
+        let add = |&e: &u32| {
+            total += power(e);
+            total
+        };
+        let sums = leaves.iter().map(add).collect();
+        Senders { leaves, sums, total }
+    }
+
+    /// Where so many rays end, each with an equal share of the power. Nowhere if all is dark.
+    fn followed(
+        &self,
+        hierarchy: &Hierarchy,
+        forest: &Forest,
+        tracer: &dyn Tracer,
+        rays: u32,
+    ) -> Vec<Landing> {
+        if self.total <= 0.0 {
+            return Vec::new();
+        }
+        let sequence = PairSequence::new(1);
+        let departure = |way: &mut Way<'_>, index: u32| {
+            let [u, v, s, t] = sequence.point(index);
+            let at = (index as f64 + 0.5) / f64::from(rays) * self.total;
+            let sender = self.sums.partition_point(|&sum| sum <= at).min(self.leaves.len() - 1);
+            let piece = way.to(self.leaves[sender]);
+            let normal = piece.plane.normal;
+            let (point, direction) = (piece.polygon.point_at(u, v), cosine_direction(normal, s, t));
+            Departure { point, normal, facet: piece.side.facet, direction }
+        };
+        let packet = |way: &mut Way<'_>, packet: u32| -> [Departure; PACKET] {
+            std::array::from_fn(|i| departure(way, packet * PACKET as u32 + i as u32))
+        };
+        (0..rays / PACKET as u32)
+            .into_par_iter()
+            .with_min_len(64)
+            .map_init(|| Way::new(hierarchy, forest), packet)
+            .flat_map_iter(|departures| {
+                let mut rays = [Ray { origin: Vec3::ZERO, direction: Vec3::Z }; PACKET];
+                let mut hits = [None; PACKET];
+                departing_hits(tracer, &departures, &mut rays, &mut hits);
+                (0..PACKET).filter_map(move |i| {
+                    let (ray, hit) = (&rays[i], hits[i]?);
+                    let side = hierarchy.side_met(hit.facet, ray.direction);
+                    let area = |facet| f64::from(hierarchy.nodes[hierarchy.leaf(facet) as usize].area);
+                    Some(Landing {
+                        point: ray.origin + ray.direction * hit.t,
+                        square: (hit.t as f64).powi(2),
+                        least: LEAST_WALL * area(departures[i].facet).min(area(hit.facet)),
+                        on_back: forest.side_index(side).is_none(),
+                    })
                 })
             })
-        })
-        .collect();
-    let power = total / RAYS as f64;
-    let sum = |value: fn(&Landing) -> f64| landings.iter().map(value).sum::<f64>();
-    let wall_area = if landings.is_empty() {
-        1.0
-    } else {
-        rounded(sum(|landing| landing.square).max(sum(|landing| landing.least)) / landings.len() as f64)
-    };
-    Flight {
-        escaped: power * (RAYS as usize - landings.len()) as f64,
-        on_backs: power * sum(|landing| f64::from(landing.on_back)),
-        wall_area,
-        rooms: rooms(&landings, wall_area.sqrt() as f32),
+            .collect()
     }
 }
 
@@ -115,13 +158,14 @@ struct Landing {
 
 /// Rooms with walls of this length that the light falls in: from the number of cells of a grid that would
 /// share it if all had the same.
-fn rooms(landings: &[Landing], wall: f32) -> f64 {
+fn rooms_of_walls(landings: &[Landing], wall: f32) -> f64 {
     let mut cells: Vec<_> =
         landings.iter().map(|landing| (landing.point / wall).floor().as_ivec3().to_array()).collect();
     cells.sort_unstable();
-    let squares: f64 = cells.chunk_by(|a, b| a == b).map(|cell| (cell.len() as f64).powi(2)).sum();
-    let shared = (cells.len() as f64).powi(2) / squares.max(1.0);
-    rounded((shared / CELLS).max(1.0))
+    // Pairs of rays in one cell, of all pairs.
+    let pairs = |count: usize| count as f64 * (count as f64 - 1.0);
+    let shared: f64 = cells.chunk_by(|a, b| a == b).map(|cell| pairs(cell.len())).sum();
+    rounded((pairs(cells.len()) / shared.max(1.0) / CELLS).max(1.0))
 }
 
 /// To the nearest quarter of a power of two, so that two tracers that round differently refine alike.

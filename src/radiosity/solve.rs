@@ -1,7 +1,7 @@
 //! From a hierarchy to a solution: refine and iterate until the energy error is small.
 
 use super::conservation::Conservation;
-use super::flight::flight;
+use super::flight::{flight, rooms};
 use super::forest::Forest;
 use super::links::{Link, LinkClass, LinkSet};
 use super::openness::Openness;
@@ -202,8 +202,8 @@ pub fn solve(
     let mut wall_area = 1.0;
     // A fraction that knows nothing of brightness does not change.
     let weighs_again = options.visibility.strategy != Strategy::Sampled;
-    let rooms = flight(hierarchy, &forest, &light, tracer).rooms;
-    let mut thresholds = first_thresholds(emitted.max_element(), rooms, hierarchy, options);
+    let rooms_lit = rooms(hierarchy, &forest, &light, tracer).count;
+    let mut thresholds = first_thresholds(emitted.max_element(), rooms_lit, hierarchy, options);
 
     let mut approach = Approach::new(CONVERGED * emitted.element_sum());
 
@@ -298,7 +298,7 @@ pub fn solve(
         iterations += 1;
         since_settled += u32::from(settled);
         if !settled {
-            wall_area = flight(hierarchy, &forest, &light, tracer).wall_area;
+            wall_area = rooms(hierarchy, &forest, &light, tracer).wall_area;
             if let Some(lit) = lit_irradiance(&light, &forest) {
                 thresholds = thresholds_for(iterations as usize, lit, wall_area, hierarchy, options);
             }
@@ -529,8 +529,9 @@ fn balance(
         }
     }
     let flight = flight(hierarchy, forest, light, tracer);
-    energy.escaped = flight.escaped * square_meters;
-    energy.absorbed += flight.on_backs * square_meters;
+    let sent = light.sent(forest) * square_meters;
+    energy.escaped = flight.escaped * sent;
+    energy.absorbed += flight.on_backs * sent;
     energy.corrected = light.received(forest) * (1.0 - 1.0 / f64::from(factor)) * square_meters;
     energy.error = error * square_meters;
     energy
