@@ -13,6 +13,6 @@ pub use bounds::Aabb;
 pub use clip::Clip;
 pub use flat::{Axes, FlatPolygon, FlatRegion};
 pub use plane::Plane;
-pub use polygon::{MAX_VERTICES, Polygon, PolygonSampler};
+pub use polygon::{MAX_VERTICES, Polygon, PolygonSampler, half_at};
 pub use sequence::{PairSequence, cosine_direction, hash_pair};
 pub use spherical::{CosineLobes, axial_parts};

@@ -85,23 +85,34 @@ impl Polygon {
     /// edge, a quadrilateral across its longer pair of opposite edges, anything larger along its
     /// shortest balanced diagonal. Longest-edge bisection keeps the shapes of the pieces bounded.
     pub fn bisect(&self) -> [Polygon; 2] {
+        self.cut_and_halves().1
+    }
+
+    /// The line along which it is bisected, and the halves; the first lies to the left of the line.
+    pub fn cut_and_halves(&self) -> ((DVec3, DVec3), [Polygon; 2]) {
         let start = self.start_of_cut();
-        [0, 1].map(|half| {
+        let cut = self.cut_from(start);
+        let halves = [0, 1].map(|half| {
             let mut part = *self;
-            part.keep_half_from(start, half);
+            part.keep_half_from(start, cut, half);
             part
-        })
+        });
+        (cut, halves)
     }
 
     /// Becomes one of its halves, the first or the second.
     pub fn keep_half(&mut self, half: usize) {
-        self.keep_half_from(self.start_of_cut(), half);
+        let start = self.start_of_cut();
+        self.keep_half_from(start, self.cut_from(start), half);
     }
 
-    /// Which half holds `point`, in the polygon's plane.
-    pub fn half_at(&self, point: DVec3, normal: DVec3) -> usize {
-        let (from, to) = self.cut();
-        usize::from((to - from).cross(point - from).dot(normal) < 0.0)
+    /// Becomes the half that holds `point`, in the polygon's plane, and says which that is.
+    pub fn keep_half_at(&mut self, point: DVec3, normal: DVec3) -> usize {
+        let start = self.start_of_cut();
+        let cut = self.cut_from(start);
+        let half = half_at(cut, point, normal);
+        self.keep_half_from(start, cut, half);
+        half
     }
 
     /// The line along which it is bisected; the first half lies to its left.
@@ -138,38 +149,28 @@ impl Polygon {
         }
     }
 
-    fn keep_half_from(&mut self, start: usize, half: usize) {
+    fn keep_half_from(&mut self, start: usize, (from, to): (DVec3, DVec3), half: usize) {
         let n = self.count as usize;
-        let mut points = [DVec3::ZERO; MAX_VERTICES];
-        let (from, to) = self.cut_from(start);
         let at = |i: usize| self.points[(start + i) % n];
-        let count = match (n, half) {
-            (3, 0) => {
-                points[..3].copy_from_slice(&[at(2), at(0), from]);
-                3
+        match n {
+            3 => {
+                let half = if half == 0 { [at(2), at(0), from] } else { [from, at(1), at(2)] };
+                self.points[..3].copy_from_slice(&half);
             }
-            (3, _) => {
-                points[..3].copy_from_slice(&[from, at(1), at(2)]);
-                3
-            }
-            (4, 0) => {
-                points[..4].copy_from_slice(&[at(0), from, to, at(3)]);
-                4
-            }
-            (4, _) => {
-                points[..4].copy_from_slice(&[from, at(1), at(2), to]);
-                4
+            4 => {
+                let half = if half == 0 { [at(0), from, to, at(3)] } else { [from, at(1), at(2), to] };
+                self.points[..4].copy_from_slice(&half);
             }
             _ => {
-                let (first, count) = [(0, n / 2 + 1), (n / 2, n - n / 2 + 1)][half.min(1)];
+                let (first, count) = if half == 0 { (0, n / 2 + 1) } else { (n / 2, n - n / 2 + 1) };
+                let mut points = [DVec3::ZERO; MAX_VERTICES];
                 for (i, point) in points[..count].iter_mut().enumerate() {
                     *point = at(first + i);
                 }
-                count
+                self.points = points;
+                self.count = count as u8;
             }
-        };
-        self.count = count as u8;
-        self.points[..count].copy_from_slice(&points[..count]);
+        }
     }
 
     /// The point at `(u, v)` of the unit square, uniform over the area.
@@ -262,6 +263,11 @@ impl PolygonSampler<'_> {
     }
 }
 
+/// On which side of a cut a point lies: 0 for the left one.
+pub fn half_at((from, to): (DVec3, DVec3), point: DVec3, normal: DVec3) -> usize {
+    usize::from((to - from).cross(point - from).dot(normal) < 0.0)
+}
+
 fn edge_length_squared(v: &[DVec3], i: usize) -> f64 {
     v[i].distance_squared(v[(i + 1) % v.len()])
 }
@@ -305,7 +311,7 @@ mod tests {
                 let halves = polygon.bisect();
                 for (i, half) in halves.iter().enumerate() {
                     let mut kept = polygon;
-                    assert_eq!(polygon.half_at(half.center(), DVec3::Z), i, "{count} {step}");
+                    assert_eq!(half_at(polygon.cut(), half.center(), DVec3::Z), i, "{count} {step}");
                     kept.keep_half(i);
                     assert_eq!(kept.vertices(), half.vertices());
                     let (from, to) = polygon.cut();

@@ -2,7 +2,7 @@
 //! halves. \[LTG93\]
 
 use crate::hierarchy::{Contact, Hierarchy, TOLERANCE, within};
-use crate::math::{MAX_VERTICES, Plane, Polygon};
+use crate::math::{MAX_VERTICES, Plane, Polygon, half_at};
 use glam::DVec3;
 
 /// No further cut: divided in halves.
@@ -75,12 +75,49 @@ impl Cuts {
         cut.below[part]
     }
 
-    /// Which of the two parts of an outline holds `point`; `normal` is the outline's.
-    pub(super) fn part_at(&self, outline: &Polygon, cut: u32, point: DVec3, normal: DVec3) -> usize {
+    /// An outline becomes that of its parts which holds `point`: which that is, and how it is divided. `normal` is the
+    /// outline's.
+    pub(super) fn keep_part_at(
+        &self,
+        outline: &mut Polygon,
+        cut: u32,
+        is_back: bool,
+        point: DVec3,
+        normal: DVec3,
+    ) -> (usize, u32) {
         match self.cuts.get(cut as usize) {
-            Some(cut) => usize::from(cut.plane.distance(point) < 0.0),
-            None => outline.half_at(point, normal),
+            Some(Cut { plane, .. }) => {
+                let part = usize::from(plane.distance(point) < 0.0);
+                (part, self.keep_part(outline, cut, is_back, part))
+            }
+            None => (outline.keep_half_at(point, normal), NO_CUT),
         }
+    }
+
+    /// Both parts of an outline with how they are divided, and a test that tells which of them holds a point.
+    pub(super) fn parts(
+        &self,
+        outline: &Polygon,
+        cut: u32,
+        is_back: bool,
+        normal: DVec3,
+    ) -> ([(Polygon, u32); 2], impl Fn(DVec3) -> usize) {
+        let cut = self.cuts.get(cut as usize);
+        let (line, parts) = match cut {
+            None => {
+                let (line, halves) = outline.cut_and_halves();
+                (line, halves.map(|half| (half, NO_CUT)))
+            }
+            Some(Cut { parts, below, .. }) => {
+                let part = |part: usize| if is_back { parts[part].flipped() } else { parts[part] };
+                ((DVec3::ZERO, DVec3::ZERO), [(part(0), below[0]), (part(1), below[1])])
+            }
+        };
+        let plane = cut.map(|cut| cut.plane);
+        (parts, move |point| match plane {
+            Some(plane) => usize::from(plane.distance(point) < 0.0),
+            None => half_at(line, point, normal),
+        })
     }
 
     /// Adds the cuts of a polygon, unless there are none; `cells` is how often it may be cut into cells.

@@ -61,17 +61,24 @@ impl<'a> Piece<'a> {
 
     /// Becomes its half at a point of it; splits the tree if need be.
     pub fn keep_half_at(&mut self, forest: &'a Forest, point: DVec3) {
-        let half = forest.cuts.part_at(&self.polygon, self.cut, point, self.plane.normal);
-        self.keep_half(forest, half);
+        let (cut, is_back, normal) = (self.cut, self.side.back, self.plane.normal);
+        let (half, below) = forest.cuts.keep_part_at(&mut self.polygon, cut, is_back, point, normal);
+        self.go_down(forest, half, below);
     }
 
     fn keep_half(&mut self, forest: &'a Forest, half: usize) {
+        let below = forest.cuts.keep_part(&mut self.polygon, self.cut, self.side.back, half);
+        self.go_down(forest, half, below);
+    }
+
+    /// Takes the names of a half whose outline it has already, and which is divided by `below`.
+    fn go_down(&mut self, forest: &'a Forest, half: usize, below: u32) {
         self.tree = &self.tree.split(&forest.next_id)[half];
         self.key = hash_pair(self.key, half as u64 + 1);
         if forest.cuts.is_between_cells(self.cut) {
             self.cell = self.tree.id();
         }
-        self.cut = forest.cuts.keep_part(&mut self.polygon, self.cut, self.side.back, half);
+        self.cut = below;
     }
 
     /// The outlines of the halves of both halves, depth-first.
@@ -124,6 +131,18 @@ impl<'a> Way<'a> {
         }
         &self.pieces[self.pieces.len() - 1].0
     }
+}
+
+/// Puts what `is_first` holds for before the rest, and says how many that are.
+pub(super) fn parted<T>(items: &mut [T], is_first: impl Fn(&T) -> bool) -> usize {
+    let mut count = 0;
+    for i in 0..items.len() {
+        if is_first(&items[i]) {
+            items.swap(count, i);
+            count += 1;
+        }
+    }
+    count
 }
 
 /// No element of a restored forest lies further down than this. Longest-edge bisection takes an element from the size
@@ -264,19 +283,45 @@ impl Forest {
         }
     }
 
-    /// The id of the element at a point of a piece: the first on the way down to its leaf that `is_enough` holds for,
-    /// else the leaf.
-    pub(super) fn element_in(&self, piece: &Piece<'_>, point: DVec3, is_enough: impl Fn(u32) -> bool) -> u32 {
-        let (mut id, mut outline, mut cut) = (piece.id(), piece.polygon, piece.cut);
-        while let Some(&second) = self.second.get(id as usize).filter(|&&second| second != 0) {
-            if is_enough(id) {
-                break;
-            }
-            let half = self.cuts.part_at(&outline, cut, point, piece.plane.normal);
-            cut = self.cuts.keep_part(&mut outline, cut, piece.side.back, half);
-            id = [id + 1, second][half];
+    /// Visits the elements of a piece that hold some of the `points`, with those: the first on the way down to the leaf
+    /// that `is_enough` holds for, else the leaf. The points are put in order for that.
+    pub(super) fn visit_elements_in<T>(
+        &self,
+        piece: &Piece<'_>,
+        points: &mut [T],
+        position: &impl Fn(&T) -> DVec3,
+        is_enough: &impl Fn(u32) -> bool,
+        visit: &mut impl FnMut(u32, &[T]),
+    ) {
+        let (is_back, normal) = (piece.side.back, piece.plane.normal);
+        let mut parts = |outline: &Polygon, cut, points: &mut [T]| {
+            let (parts, part_at) = self.cuts.parts(outline, cut, is_back, normal);
+            (parts, parted(points, |point| part_at(position(point)) == 0))
+        };
+        self.visit_below(piece.id(), (&piece.polygon, piece.cut), points, &mut parts, is_enough, visit);
+    }
+
+    fn visit_below<T>(
+        &self,
+        id: u32,
+        (outline, cut): (&Polygon, u32),
+        points: &mut [T],
+        parts: &mut impl FnMut(&Polygon, u32, &mut [T]) -> ([(Polygon, u32); 2], usize),
+        is_enough: &impl Fn(u32) -> bool,
+        visit: &mut impl FnMut(u32, &[T]),
+    ) {
+        if points.is_empty() {
+            return;
         }
-        id
+        let second = self.second.get(id as usize).copied().unwrap_or(0);
+        if second == 0 || is_enough(id) {
+            visit(id, points);
+            return;
+        }
+        let ([(a, cut_a), (b, cut_b)], in_first) = parts(outline, cut, points);
+        let (first, rest) = points.split_at_mut(in_first);
+        self.visit_below(id + 1, (&a, cut_a), first, parts, is_enough, visit);
+        self.visit_below(second, (&b, cut_b), rest, parts, is_enough, visit);
     }
 
     /// The leaf element at a point on a side; `None` for a side that takes no part.

@@ -8,8 +8,7 @@ use super::estimate::Party;
 use super::forest::Forest;
 use super::transport::Light;
 use crate::hierarchy::Side;
-use crate::visibility::Brightness;
-use glam::DVec3;
+use crate::visibility::{Brightness, Sighting};
 
 /// A source whose exitance differs by less than this share counts as uniform: rays differ by far more.
 const EVEN: f32 = 0.05;
@@ -35,14 +34,23 @@ impl Shading<'_> {
 }
 
 impl Brightness for Shading<'_> {
-    fn at(&self, facet: u32, front: bool, point: DVec3) -> f64 {
+    fn sum(&self, sightings: &mut [Sighting]) -> f64 {
         let forest = self.forest;
         match self.source {
-            Party::Element { piece, .. } => self.of(forest.element_in(piece, point, |id| self.is_even(id))),
-            Party::Cluster(_) => {
-                let Some(side) = forest.side_index(Side { facet, back: !front }) else { return 0.0 };
-                self.of(forest.first_element[side])
+            Party::Element { piece, .. } => {
+                let mut sum = 0.0;
+                let mut add = |element: u32, seen: &[Sighting]| {
+                    sum += self.of(element) * seen.iter().map(|sighting| sighting.kernel).sum::<f64>();
+                };
+                let is_even = |element| self.is_even(element);
+                forest.visit_elements_in(piece, sightings, &|s: &Sighting| s.point, &is_even, &mut add);
+                sum
             }
+            Party::Cluster(_) => sightings
+                .iter()
+                .filter_map(|s| Some((s, forest.side_index(Side { facet: s.facet, back: !s.front })?)))
+                .map(|(s, side)| s.kernel * self.of(forest.first_element[side]))
+                .sum(),
         }
     }
 

@@ -11,6 +11,7 @@ mod worker;
 pub use counters::VisibilityCounters;
 pub use detail::{Answer, Bin, Detail, Effort, Histogram, Step};
 pub use end::NodeEnd;
+pub use rays::Sighting;
 pub use test::{Brightness, CandidateSet, Class, Inheritance, Pair, Tester, Verdict};
 pub use worker::Worker;
 

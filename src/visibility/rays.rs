@@ -28,31 +28,43 @@ pub(super) struct Quota {
 
 /// One ray of a pair, kept until it is known whether its weight is wanted.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sighting {
-    /// Where it meets the source: facet, side, point.
-    facet: u32,
-    front: bool,
-    point: DVec3,
+pub struct Sighting {
+    /// The facet of the source that it meets.
+    pub facet: u32,
+    /// Whether on its front.
+    pub front: bool,
+    /// Where, local coordinates.
+    pub point: DVec3,
     /// Light it stands for, if the source is uniform.
-    kernel: f64,
+    pub kernel: f64,
+    /// Whether nothing blocks it.
     clear: bool,
 }
 
 /// Share of the light that gets through: rays count by kernel and by how bright the source is where they
-/// end, against its mean.
-fn clear_share(sightings: &[Sighting], brightness: Option<&dyn Brightness>) -> f32 {
-    let sums = |weight: &dyn Fn(&Sighting) -> f64| {
-        sightings.iter().fold((0.0, 0.0), |(clear, all), sighting| {
-            let weight = weight(sighting);
-            (clear + if sighting.clear { weight } else { 0.0 }, all + weight)
-        })
-    };
-    let (mut clear, mut all) = sums(&|s| s.kernel);
-    if let Some(source) = brightness {
-        let (lit, bright) = sums(&|s| s.kernel * source.at(s.facet, s.front, s.point));
-        if bright > 0.0 {
-            (clear, all) = (lit, source.mean().map_or(bright, |mean| all * mean));
+/// end, against its mean. May put the rays in another order.
+fn clear_share(sightings: &mut [Sighting], brightness: Option<&dyn Brightness>) -> f32 {
+    let kernels = |sightings: &[Sighting]| sightings.iter().map(|sighting| sighting.kernel).sum::<f64>();
+    let (mut clear, mut all) = (0.0, kernels(sightings));
+    let mut count = 0;
+    for i in 0..sightings.len() {
+        if sightings[i].clear {
+            clear += sightings[i].kernel;
+            sightings.swap(count, i);
+            count += 1;
         }
+    }
+    let (seen, hidden) = sightings.split_at_mut(count);
+    match brightness.map(|source| (source, source.mean())) {
+        Some((source, Some(mean))) if mean > 0.0 => (clear, all) = (source.sum(seen), all * mean),
+        Some((source, None)) => {
+            let lit = source.sum(seen);
+            let bright = lit + source.sum(hidden);
+            if bright > 0.0 {
+                (clear, all) = (lit, bright);
+            }
+        }
+        _ => {}
     }
     if all > 0.0 { (clear / all) as f32 } else { 1.0 }
 }
@@ -165,7 +177,7 @@ impl Tester<'_> {
             // Disagreement was all that was asked for.
             _ if quota.until_mixed => 0.5,
             _ => {
-                let share = clear_share(&sightings, pair.brightness);
+                let share = clear_share(&mut sightings, pair.brightness);
                 worker.lap(Step::Brightness);
                 share
             }

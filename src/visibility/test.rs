@@ -1,7 +1,7 @@
 //! The complete test of a pair.
 
 use super::detail::{Answer, Step};
-use super::rays::{Quota, RayCount};
+use super::rays::{Quota, RayCount, Sighting};
 use super::worker::Worker;
 use super::{NodeEnd, Strategy, VisibilityOptions};
 use crate::hierarchy::{Hierarchy, Interval};
@@ -95,8 +95,9 @@ pub struct Inheritance<'a> {
 
 /// How bright a source is, point by point.
 pub trait Brightness {
-    /// Exitance at `point` of `facet`, in any unit; `front` tells the side of the facet.
-    fn at(&self, facet: u32, front: bool, point: DVec3) -> f64;
+    /// Sum of the kernels of the rays, times the exitance where they end, in any unit; may put the rays in another
+    /// order.
+    fn sum(&self, sightings: &mut [Sighting]) -> f64;
 
     /// Mean exitance, in the same unit; `None` for a cluster, which sends by direction.
     fn mean(&self) -> Option<f64>;
