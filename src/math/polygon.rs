@@ -10,6 +10,9 @@ pub const MAX_VERTICES: usize = 8;
 /// How often a point is moved inside each edge in turn.
 const MOVES_INSIDE: u32 = 4;
 
+/// A quadrilateral whose diagonals miss each other by no more than this share of one is a parallelogram.
+const STRAIGHT: f64 = 1e-6;
+
 /// A convex planar polygon with 3 to [`MAX_VERTICES`] vertices, counter-clockwise from its front.
 #[derive(Clone, Copy, Debug)]
 pub struct Polygon {
@@ -181,7 +184,12 @@ impl Polygon {
     /// For many points of [`Polygon::point_at`].
     pub fn sampler(&self) -> PolygonSampler<'_> {
         let v = self.vertices();
-        let mut sampler = PolygonSampler { vertices: v, sums: [0.0; MAX_VERTICES - 2] };
+        let skew = if v.len() == 4 { v[0] + v[2] - v[1] - v[3] } else { DVec3::INFINITY };
+        let is_parallelogram = skew.length_squared() <= STRAIGHT * STRAIGHT * v[0].distance_squared(v[2]);
+        let mut sampler = PolygonSampler { vertices: v, is_parallelogram, sums: [0.0; MAX_VERTICES - 2] };
+        if is_parallelogram {
+            return sampler;
+        }
         let mut sum = 0.0;
         for (i, total) in sampler.sums[..v.len() - 2].iter_mut().enumerate() {
             sum += (v[i + 1] - v[0]).cross(v[i + 2] - v[0]).length();
@@ -241,6 +249,8 @@ impl Polygon {
 #[derive(Clone, Copy, Debug)]
 pub struct PolygonSampler<'a> {
     vertices: &'a [DVec3],
+    /// Then both coordinates run along its edges.
+    is_parallelogram: bool,
     /// Twice the area up to and with each triangle of the fan around the first vertex.
     sums: [f64; MAX_VERTICES - 2],
 }
@@ -250,6 +260,9 @@ impl PolygonSampler<'_> {
     #[inline]
     pub fn point_at(&self, u: f64, v: f64) -> DVec3 {
         let p = self.vertices;
+        if self.is_parallelogram {
+            return p[0] + (p[1] - p[0]) * u + (p[3] - p[0]) * v;
+        }
         let last = p.len() - 3;
         let at = u * self.sums[last];
         let mut fan = 0;

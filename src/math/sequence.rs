@@ -2,12 +2,13 @@
 //!
 //! The four-dimensional sequence of Sobol', with the direction numbers of Joe & Kuo (2008): any power of two of its
 //! points, and any number from the first on, fill both nodes evenly. A hash of the pair scrambles it as Owen (1995)
-//! does, by the method of Burley (Practical Hash-based Owen Scrambling, JCGT 9(4), 2020), so that neighbouring pairs do
-//! not share their error, and a mean of n points of a smooth function errs less than with shifted ones. Nothing depends
-//! on time, threads or the tracer.
+//! does, by the method of Burley (Practical Hash-based Owen Scrambling, JCGT 9(4), 2020), in one of [`SCRAMBLINGS`]
+//! ways, and shifts the digits, so that neighbouring pairs do not share their error, and a mean of n points of a smooth
+//! function errs less than with shifts alone. Nothing depends on time, threads or the tracer.
 
 use glam::{DVec3, Vec3};
 use std::f64::consts::TAU;
+use std::sync::LazyLock;
 
 /// Of each dimension but the first the degree of its primitive polynomial, its inner coefficients, and the first
 /// numbers.
@@ -74,32 +75,67 @@ pub fn hash_pair(receiver: u64, source: u64) -> u64 {
     z ^ (z >> 31)
 }
 
+/// Scramblings that pairs share; what tells them apart further is a shift.
+const SCRAMBLINGS: usize = 32;
+
+/// Points of each scrambling that are kept.
+const KEPT: usize = 256;
+
+/// The first points of all scramblings, as fractions of 2³².
+static SCRAMBLED: LazyLock<Vec<[[u32; 4]; KEPT]>> = LazyLock::new(|| {
+    let scrambling = |index: usize| {
+        let numbers = scrambling_of(index);
+        std::array::from_fn(|point| scrambled(point as u32, numbers))
+    };
+    (0..SCRAMBLINGS).map(scrambling).collect()
+});
+
+/// The numbers that one of the scramblings follows from.
+fn scrambling_of(index: usize) -> [u32; 4] {
+    halves([1, 2].map(|half| hash_pair(index as u64, half)))
+}
+
+fn halves([a, b]: [u64; 2]) -> [u32; 4] {
+    [a as u32, (a >> 32) as u32, b as u32, (b >> 32) as u32]
+}
+
+fn scrambled(index: u32, numbers: [u32; 4]) -> [u32; 4] {
+    let bytes = index.to_le_bytes();
+    std::array::from_fn(|k| {
+        // Bits in reverse order, so that products carry from the high bits of the coordinate to the low ones.
+        let mut x = (0..4).fold(0, |x, byte| x ^ POINTS[byte][bytes[byte] as usize][k]);
+        x = x.wrapping_add(numbers[k]);
+        for factor in [0x6C50_B47C, 0xB82F_1E52, 0xC7AF_E638, 0x8D22_F6E6u32] {
+            x ^= x.wrapping_mul(factor);
+        }
+        x.reverse_bits()
+    })
+}
+
 /// The sample points of one pair: each is two coordinates on the receiver and two on the source.
 #[derive(Clone, Copy, Debug)]
 pub struct PairSequence {
-    scrambling: [u32; 4],
+    first: &'static [[u32; 4]; KEPT],
+    scrambling: usize,
+    shift: [u32; 4],
 }
 
 impl PairSequence {
     /// The sequence belonging to `seed`, such as [`hash_pair`].
     pub fn new(seed: u64) -> PairSequence {
-        let [a, b] = [1, 2].map(|half| hash_pair(seed, half));
-        PairSequence { scrambling: [a as u32, (a >> 32) as u32, b as u32, (b >> 32) as u32] }
+        let scrambling = (hash_pair(seed, 3) % SCRAMBLINGS as u64) as usize;
+        let shift = halves([1, 2].map(|half| hash_pair(seed, half)));
+        PairSequence { first: &SCRAMBLED[scrambling], scrambling, shift }
     }
 
     /// Point `index`: `[receiver u, receiver v, source u, source v]`, each in `[0, 1)`.
     #[inline]
     pub fn point(&self, index: u32) -> [f64; 4] {
-        let bytes = index.to_le_bytes();
-        std::array::from_fn(|k| {
-            // Bits in reverse order, so that products carry from the high bits of the coordinate to the low ones.
-            let mut x = (0..4).fold(0, |x, byte| x ^ POINTS[byte][bytes[byte] as usize][k]);
-            x = x.wrapping_add(self.scrambling[k]);
-            for factor in [0x6C50_B47C, 0xB82F_1E52, 0xC7AF_E638, 0x8D22_F6E6u32] {
-                x ^= x.wrapping_mul(factor);
-            }
-            x.reverse_bits() as f64 / (1u64 << 32) as f64
-        })
+        let point = match self.first.get(index as usize) {
+            Some(point) => *point,
+            None => scrambled(index, scrambling_of(self.scrambling)),
+        };
+        std::array::from_fn(|k| f64::from(point[k] ^ self.shift[k]) / (1u64 << 32) as f64)
     }
 }
 

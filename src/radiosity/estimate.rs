@@ -3,6 +3,7 @@
 
 use super::forest::{Forest, Piece};
 use super::form_factor::PolygonSource;
+use super::links::Link;
 use super::transport::Light;
 use crate::hierarchy::{Hierarchy, TOLERANCE};
 use crate::math::{Plane, Polygon};
@@ -191,6 +192,8 @@ pub(super) struct Estimate {
     pub(super) irradiance: f64,
     /// The nodes are too close for a cluster's factor to mean anything.
     pub(super) near: bool,
+    /// [`refined_factor`] is better.
+    pub(super) rough: bool,
     /// Power that may go wrong because the kernel differs over the receiver (or over a cluster).
     pub(super) kernel_error: f64,
     /// Power that may go wrong because the source is not uniform.
@@ -210,22 +213,57 @@ pub(super) fn estimate(
     if let (Party::Element { piece: r, area, .. }, Party::Element { piece: s, exitance, variation, .. }) =
         (receiver, source)
     {
-        let (factor, spread) = element_factor(r, s)?;
+        let factor = element_factor(r, s)?;
         return Some(Estimate {
-            factor,
-            spread,
-            power: factor * exitance * area,
-            irradiance: factor * exitance,
-            near: false,
-            kernel_error: 0.5 * spread * exitance * area,
-            source_error: 0.5 * factor * variation * area,
+            rough: factor.rough,
+            ..element_estimate((factor.mean, factor.spread), *area, (*exitance, *variation))
         });
     }
     Some(cluster_estimate(receiver, source, hierarchy, light))
 }
 
-/// Mean form factor over the receiver and how much it differs; `None` when it is 0 everywhere.
-fn element_factor(receiver: &Piece<'_>, source: &Piece<'_>) -> Option<(f64, f64)> {
+/// Figures of a link that is there already.
+pub(super) fn estimate_of_link(
+    link: &Link,
+    receiver: &Party<'_>,
+    source: &Party<'_>,
+    hierarchy: &Hierarchy,
+    light: &Light,
+) -> Option<Estimate> {
+    match (receiver, source) {
+        (Party::Element { area, .. }, Party::Element { exitance, variation, .. }) => {
+            let factor = (link.factor as f64, link.spread as f64);
+            Some(element_estimate(factor, *area, (*exitance, *variation)))
+        }
+        _ => estimate(receiver, source, hierarchy, light),
+    }
+}
+
+/// Figures of a link between elements, from its factor and how much that differs, the area that receives, and the
+/// exitance that is sent and how much that differs.
+fn element_estimate((factor, spread): (f64, f64), area: f64, (exitance, variation): (f64, f64)) -> Estimate {
+    Estimate {
+        factor,
+        spread,
+        power: factor * exitance * area,
+        irradiance: factor * exitance,
+        near: false,
+        rough: false,
+        kernel_error: 0.5 * spread * exitance * area,
+        source_error: 0.5 * factor * variation * area,
+    }
+}
+
+/// The form factor of an element to another.
+struct Factor {
+    mean: f64,
+    spread: f64,
+    /// It differs so much that more points would give a better mean.
+    rough: bool,
+}
+
+/// Mean form factor over the receiver by a few points, and how much it differs; `None` when it is 0 everywhere.
+fn element_factor(receiver: &Piece<'_>, source: &Piece<'_>) -> Option<Factor> {
     let (lit, shining) = (facing_part(receiver, source)?, facing_part(source, receiver)?);
     let (area, lit_area) = (receiver.polygon.area(), lit.area());
     let share = lit_area / area;
@@ -236,24 +274,42 @@ fn element_factor(receiver: &Piece<'_>, source: &Piece<'_>) -> Option<(f64, f64)
     if distance > FAR * own {
         let factor = share * seen.form_factor(lit.center(), normal);
         // The kernel falls with the square of the distance and turns with two cosines.
-        return (factor > 0.0).then_some((factor, factor * (2.0 * own / distance + (1.0 - share))));
+        let spread = factor * (2.0 * own / distance + (1.0 - share));
+        return (factor > 0.0).then_some(Factor { mean: factor, spread, rough: false });
     }
     let sampled = Sampled::over(&lit, normal, &seen);
     let near = seen.form_factor(nearest_point(&lit, &receiver.plane, seen.center()), normal);
     // The quadrature points cover the inner part; the corners lie further out.
     let low = if share < 1.0 { 0.0 } else { sampled.low };
     let spread = ((sampled.high - low) / sampled.inset).max((near - sampled.mean).abs());
-    // The contour formula is exact over the one of larger area, and what the source sends to the receiver is what the
-    // receiver gets: A_i F_ij = A_j F_ji. Of two alike it is the same one both ways.
     let shining_area = shining.area();
-    let factor = if lit_area > shining_area || lit_area == shining_area && receiver.key > source.key {
-        let (other, normal) = (PolygonSource::new(&lit, receiver.plane), source.plane.normal);
-        let back = Sampled::over(&shining, normal, &other).refined_mean(&shining, normal, &other);
-        back.min(1.0) * shining_area / area
+    let (mean, rough) = if is_taken_over_source((receiver, lit_area), (source, shining_area)) {
+        let back = Sampled::over(&shining, source.plane.normal, &PolygonSource::new(&lit, receiver.plane));
+        (back.mean.min(1.0) * shining_area / area, back.is_rough())
     } else {
-        share * sampled.refined_mean(&lit, normal, &seen)
+        (share * sampled.mean, sampled.is_rough())
     };
-    (factor > 0.0 || sampled.high > 0.0 || near > 0.0).then_some((factor, spread))
+    (mean > 0.0 || sampled.high > 0.0 || near > 0.0).then_some(Factor { mean, spread, rough })
+}
+
+/// The mean form factor over the receiver by more points: where it differs much over the polygon, as near a contact.
+pub(super) fn refined_factor(receiver: &Piece<'_>, source: &Piece<'_>) -> Option<f64> {
+    let (lit, shining) = (facing_part(receiver, source)?, facing_part(source, receiver)?);
+    let (lit_area, shining_area) = (lit.area(), shining.area());
+    let (over, over_area, normal, other) =
+        if is_taken_over_source((receiver, lit_area), (source, shining_area)) {
+            (&shining, shining_area, source.plane.normal, PolygonSource::new(&lit, receiver.plane))
+        } else {
+            (&lit, lit_area, receiver.plane.normal, PolygonSource::new(&shining, source.plane))
+        };
+    Some(refined_mean(over, normal, &other)?.min(1.0) * over_area / receiver.polygon.area())
+}
+
+/// The contour formula is exact over the one of larger area, and what the source sends to the receiver is what the
+/// receiver gets, `A_i F_ij = A_j F_ji`, so the mean is taken over the smaller one. Of two alike it is the same one both
+/// ways.
+fn is_taken_over_source((receiver, lit): (&Piece<'_>, f64), (source, shining): (&Piece<'_>, f64)) -> bool {
+    lit > shining || lit == shining && receiver.key > source.key
 }
 
 /// The part of a piece that lies in front of the other's plane: the rest has no part in their exchange.
@@ -285,19 +341,21 @@ impl Sampled {
         Sampled { mean: sum / vertices.len() as f64, low, high, inset }
     }
 
-    /// The mean by more points where it differs much over the polygon, as near a contact: by those of its quarters.
-    fn refined_mean(&self, polygon: &Polygon, normal: DVec3, other: &PolygonSource<'_>) -> f64 {
-        if self.high - self.low <= UNEVEN * self.mean {
-            return self.mean;
-        }
-        let quarters = polygon.bisect().into_iter().flat_map(|half| half.bisect());
-        let (sum, area) = quarters.fold((0.0, 0.0), |(sum, area), part| {
-            let own = part.area();
-            (sum + Sampled::over(&part, normal, other).mean * own, area + own)
-        });
-        // What a plane leaves of a polygon may have no area.
-        if area > 0.0 { sum / area } else { self.mean }
+    /// Whether they differ so much that their mean may be wrong.
+    fn is_rough(&self) -> bool {
+        self.high - self.low > UNEVEN * self.mean
     }
+}
+
+/// The mean form factor over a polygon by the points of its quarters; `None` if it has no area, as what a plane leaves
+/// of one may have none.
+fn refined_mean(polygon: &Polygon, normal: DVec3, other: &PolygonSource<'_>) -> Option<f64> {
+    let quarters = polygon.bisect().into_iter().flat_map(|half| half.bisect());
+    let (sum, area) = quarters.fold((0.0, 0.0), |(sum, area), part| {
+        let own = part.area();
+        (sum + Sampled::over(&part, normal, other).mean * own, area + own)
+    });
+    (area > 0.0).then(|| sum / area)
 }
 
 /// A point of a polygon near to `target`, a little inside.
@@ -394,6 +452,7 @@ fn cluster_estimate(
         power,
         irradiance: power / area.max(f64::MIN_POSITIVE),
         near,
+        rough: false,
         kernel_error: (0.5 * power * relative / share).min(most),
         source_error: 0.0,
     }
@@ -410,17 +469,17 @@ mod tests {
         let (floor, wall) = (square(DVec3::Y), square(DVec3::Z).flipped());
         let source = PolygonSource::new(&wall, Plane::through(DVec3::ZERO, DVec3::Y));
         let sampled = Sampled::over(&floor, DVec3::Z, &source);
-        let refined = sampled.refined_mean(&floor, DVec3::Z, &source);
+        assert!(sampled.is_rough());
+        let refined = refined_mean(&floor, DVec3::Z, &source).expect("it has an area");
         let errors = [sampled.mean, refined].map(|mean| (mean / 0.200_043_776 - 1.0).abs());
         assert!(errors[1] < 0.01 && errors[1] < 0.5 * errors[0], "{errors:?}");
     }
 
     #[test]
-    fn a_polygon_without_area_has_the_mean_of_its_points() {
+    fn a_polygon_without_area_has_no_mean() {
         let line = Polygon::new(&[DVec3::ZERO, DVec3::X, DVec3::X * 2.0, DVec3::X * 3.0]);
         let wall = Polygon::new(&[DVec3::ZERO, DVec3::Z, DVec3::Z + DVec3::X, DVec3::X]);
         let source = PolygonSource::new(&wall, Plane::through(DVec3::ZERO, DVec3::Y));
-        let sampled = Sampled::over(&line, DVec3::Z, &source);
-        assert!(sampled.refined_mean(&line, DVec3::Z, &source).is_finite());
+        assert_eq!(refined_mean(&line, DVec3::Z, &source), None);
     }
 }

@@ -1,7 +1,7 @@
 //! Refinement: pairs are subdivided until one number for each is good enough, and their visibility is
 //! decided on the way down. [HSA91] [SAG94], paper §2.4 and §3.
 
-use super::estimate::{Estimate, Party, estimate};
+use super::estimate::{Estimate, Party, estimate, estimate_of_link, refined_factor};
 use super::forest::Forest;
 use super::links::{Link, LinkClass};
 use super::quarters::Quarters;
@@ -116,6 +116,17 @@ fn share_facet(a: &Party<'_>, b: &Party<'_>) -> bool {
         (Party::Element { piece: a, .. }, Party::Element { piece: b, .. }) => a.side.facet == b.side.facet,
         _ => false,
     }
+}
+
+/// The best factor for a link that is kept.
+fn factor_to_keep(figures: &Estimate, receiver: &Party<'_>, source: &Party<'_>) -> f32 {
+    let refined = match (receiver, source) {
+        (Party::Element { piece: r, .. }, Party::Element { piece: s, .. }) if figures.rough => {
+            refined_factor(r, s)
+        }
+        _ => None,
+    };
+    refined.unwrap_or(figures.factor) as f32
 }
 
 /// How the parts of a source share, if both are elements.
@@ -236,7 +247,8 @@ impl<'a> Refiner<'a> {
             _ => None,
         };
         if link.class != LinkClass::Untested {
-            let Some(figures) = estimate(&receiver, &source, self.hierarchy, self.light) else { return };
+            let figures = estimate_of_link(link, &receiver, &source, self.hierarchy, self.light);
+            let Some(figures) = figures else { return };
             let partial = link.class >= LinkClass::Partial;
             if self.wanted_split(&receiver, &source, &figures, partial).is_none() {
                 output.links.push(*link);
@@ -318,6 +330,7 @@ impl<'a> Refiner<'a> {
                 None => {
                     link.class = if certified { LinkClass::CertifiedVisible } else { LinkClass::Visible };
                     link.inherited = true;
+                    link.factor = factor_to_keep(&figures, receiver, source);
                     link.quarters = quarters(receiver, source, self.forest);
                     output.links.push(link);
                 }
@@ -372,6 +385,7 @@ impl<'a> Refiner<'a> {
                 output.counters.certified_invisible += u64::from(verdict.certified);
             }
             None => {
+                link.factor = factor_to_keep(&figures, receiver, source);
                 link.visibility = verdict.fraction;
                 link.class = match (verdict.class, verdict.certified) {
                     (Class::Visible, true) => LinkClass::CertifiedVisible,
