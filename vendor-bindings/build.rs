@@ -21,7 +21,7 @@ mod regenerate {
         "rtcNewScene",
         "rtcReleaseScene",
         "rtcSetSceneFlags",
-        "rtcCommitScene",
+        "rtcJoinCommitScene",
         "rtcGetSceneBounds",
         "rtcNewGeometry",
         "rtcReleaseGeometry",

@@ -723,7 +723,7 @@ pub struct Embree {
     pub rtcReleaseScene: unsafe extern "C" fn(scene: RTCScene),
     pub rtcAttachGeometryByID:
         unsafe extern "C" fn(scene: RTCScene, geometry: RTCGeometry, geomID: ::std::os::raw::c_uint),
-    pub rtcCommitScene: unsafe extern "C" fn(scene: RTCScene),
+    pub rtcJoinCommitScene: unsafe extern "C" fn(scene: RTCScene),
     pub rtcSetSceneFlags: unsafe extern "C" fn(scene: RTCScene, flags: RTCSceneFlags),
     pub rtcGetSceneBounds: unsafe extern "C" fn(scene: RTCScene, bounds_o: *mut RTCBounds),
     pub rtcIntersect1:
@@ -769,7 +769,7 @@ impl Embree {
         let rtcNewScene = __library.get(b"rtcNewScene\0").map(|sym| *sym)?;
         let rtcReleaseScene = __library.get(b"rtcReleaseScene\0").map(|sym| *sym)?;
         let rtcAttachGeometryByID = __library.get(b"rtcAttachGeometryByID\0").map(|sym| *sym)?;
-        let rtcCommitScene = __library.get(b"rtcCommitScene\0").map(|sym| *sym)?;
+        let rtcJoinCommitScene = __library.get(b"rtcJoinCommitScene\0").map(|sym| *sym)?;
         let rtcSetSceneFlags = __library.get(b"rtcSetSceneFlags\0").map(|sym| *sym)?;
         let rtcGetSceneBounds = __library.get(b"rtcGetSceneBounds\0").map(|sym| *sym)?;
         let rtcIntersect1 = __library.get(b"rtcIntersect1\0").map(|sym| *sym)?;
@@ -790,7 +790,7 @@ impl Embree {
             rtcNewScene,
             rtcReleaseScene,
             rtcAttachGeometryByID,
-            rtcCommitScene,
+            rtcJoinCommitScene,
             rtcSetSceneFlags,
             rtcGetSceneBounds,
             rtcIntersect1,
@@ -857,8 +857,8 @@ impl Embree {
     ) {
         (self.rtcAttachGeometryByID)(scene, geometry, geomID)
     }
-    pub unsafe fn rtcCommitScene(&self, scene: RTCScene) {
-        (self.rtcCommitScene)(scene)
+    pub unsafe fn rtcJoinCommitScene(&self, scene: RTCScene) {
+        (self.rtcJoinCommitScene)(scene)
     }
     pub unsafe fn rtcSetSceneFlags(&self, scene: RTCScene, flags: RTCSceneFlags) {
         (self.rtcSetSceneFlags)(scene, flags)

@@ -70,8 +70,10 @@ impl TriangleScene {
         if !self._triangles.is_empty() {
             self.attach(vertex_count);
         }
+        // Joined, not in the task arena of the device: of two devices with one thread the arena of the second leaves a
+        // worker of TBB spinning for as long as the device lives (seen with Embree 4.4.0).
         // SAFETY: the scene is valid; its buffers are complete and in range, checked in `new`.
-        unsafe { api.rtcCommitScene(self.scene) };
+        unsafe { api.rtcJoinCommitScene(self.scene) };
     }
 
     fn attach(&self, vertex_count: usize) {
