@@ -148,7 +148,7 @@ enum Split {
 impl<'a> Refiner<'a> {
     /// Splits every link that is not good enough any more; the others stay as they are. The order of
     /// the result depends on the input alone.
-    pub(super) fn refine(&self, links: &[Link]) -> (Vec<Link>, RefineCounters, WorkDone) {
+    pub(super) fn refine(&self, links: Vec<Link>) -> (Vec<Link>, RefineCounters, WorkDone) {
         let root = CandidateSet::root();
         let parts: Vec<Output> = links
             .par_chunks(256)
@@ -164,7 +164,10 @@ impl<'a> Refiner<'a> {
                 output
             })
             .collect();
+        // At its largest, memory holds the links twice: not the old ones as well, nor room to grow.
+        drop(links);
         let mut all = self.output();
+        all.links.reserve_exact(parts.iter().map(|part| part.links.len()).sum());
         parts.into_iter().for_each(|part| all.absorb(part));
         (all.counters.visibility, all.counters.detail) = all.worker.into_counted();
         (all.links, all.counters, all.done)

@@ -255,9 +255,10 @@ pub fn solve(
                 record: options.record,
                 progress,
             };
-            let (mut refined, counted, mut done) = refiner.refine(&links.links);
+            let before = carrying(&links.links);
+            let (mut refined, counted, mut done) = refiner.refine(std::mem::take(&mut links.links));
             counters += counted;
-            let (before, after) = (carrying(&links.links), carrying(&refined));
+            let after = carrying(&refined);
             let new_from_old = forest.renumber(hierarchy);
             rename(&mut refined, hierarchy.nodes.len() as u32, &new_from_old);
             if options.record == Record::Work {
