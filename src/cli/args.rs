@@ -72,6 +72,12 @@ pub(super) struct RenderArgs {
     /// Multiplier on linear radiance before tone mapping [default: chosen from the picture]
     #[arg(long, value_name = "X", help_heading = "View", value_parser = positive, allow_negative_numbers = true)]
     pub(super) exposure: Option<f64>,
+    /// Light each pixel anew over the links to what it shows: crisp shadows, which take longer
+    #[arg(long, help_heading = "View", overrides_with = "reconstruct")]
+    pub(super) final_gather: bool,
+    /// Light each pixel by interpolation over the elements [default]
+    #[arg(long, help_heading = "View", overrides_with = "final_gather")]
+    pub(super) reconstruct: bool,
     /// What the picture shows
     #[arg(long, value_name = "KIND", help_heading = "View", value_enum, default_value_t = ViewArg::Shaded)]
     pub(super) view: ViewArg,

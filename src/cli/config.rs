@@ -41,6 +41,8 @@ pub(super) struct RenderConfig {
     pub(super) format: PictureFormat,
     pub(super) stats: Option<PathBuf>,
     pub(super) view: ViewConfig,
+    /// Light is gathered at each pixel; interpolated otherwise.
+    pub(super) final_gather: bool,
 }
 
 /// Everything a probe run needs to know.
@@ -260,6 +262,9 @@ impl RenderConfig {
         if typed.exposure.is_some() && !matches!(typed.view, ViewArg::Shaded | ViewArg::Mesh) {
             return usage("--exposure has no use with a heat map, whose colours have a legend");
         }
+        if typed.final_gather && typed.view != ViewArg::Shaded {
+            return usage("--final-gather is for --view shaded; the other views show elements as they are");
+        }
         let stored = typed.stored.stored;
         if stored.is_some() && typed.view == ViewArg::Cost {
             return usage(
@@ -275,7 +280,7 @@ impl RenderConfig {
         if typed.view == ViewArg::Cost {
             run.solve.record = Record::Work;
         }
-        Ok(Self { run, output: typed.output, format, stats: typed.stats, view })
+        Ok(Self { run, output: typed.output, format, stats: typed.stats, view, final_gather: typed.final_gather })
     }
 }
 

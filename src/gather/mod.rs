@@ -2,11 +2,14 @@
 //! itself. \[CW93\]
 
 mod direct;
+mod final_gather;
 mod hemisphere;
 mod interpolate;
 mod neighbours;
+mod parts;
 mod point;
 mod reconstruct;
 
+pub use final_gather::{FinalGather, VisiblePoint};
 pub use point::{Gatherer, Irradiance, SAMPLES};
 pub use reconstruct::{Reconstruction, Spot};

@@ -2,6 +2,7 @@
 
 mod camera;
 mod descent;
+mod gathered;
 mod heat;
 mod mesh_view;
 pub mod picture;

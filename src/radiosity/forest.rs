@@ -59,6 +59,11 @@ impl<'a> Piece<'a> {
         })
     }
 
+    /// A part of it, which is no element: with this outline, and otherwise like the whole.
+    pub fn part(&self, polygon: Polygon) -> Piece<'a> {
+        Piece { polygon, ..self.clone() }
+    }
+
     /// Becomes its half at a point of it; splits the tree if need be.
     pub fn keep_half_at(&mut self, forest: &'a Forest, point: DVec3) {
         let half = forest.cuts.part_at(&self.polygon, self.cut, point, self.plane.normal);
@@ -92,7 +97,7 @@ impl<'a> Piece<'a> {
 
 /// Finds one element after the other: those of a side in ascending order cost little, since what is above both of
 /// two is gone down once.
-pub(super) struct Way<'a> {
+pub struct Way<'a> {
     hierarchy: &'a Hierarchy,
     forest: &'a Forest,
     /// The elements above the last one and itself, each with the first id that is no longer below it.
@@ -100,12 +105,13 @@ pub(super) struct Way<'a> {
 }
 
 impl<'a> Way<'a> {
-    pub(super) fn new(hierarchy: &'a Hierarchy, forest: &'a Forest) -> Way<'a> {
+    /// Nothing is found yet.
+    pub fn new(hierarchy: &'a Hierarchy, forest: &'a Forest) -> Way<'a> {
         Way { hierarchy, forest, pieces: Vec::new() }
     }
 
     /// An element with its geometry.
-    pub(super) fn to(&mut self, element: u32) -> &Piece<'a> {
+    pub fn to(&mut self, element: u32) -> &Piece<'a> {
         while self.pieces.pop_if(|(piece, end)| element < piece.id() || element >= *end).is_some() {}
         if self.pieces.is_empty() {
             let side = self.forest.side_of(element);

@@ -14,6 +14,7 @@ mod form_factor;
 mod links;
 mod openness;
 mod place;
+mod portion;
 mod quarters;
 mod refine;
 mod shading;
@@ -25,7 +26,7 @@ mod work;
 pub use transport::{Light, direction};
 
 pub use fidelity::VisibilityError;
-pub use forest::{Forest, Piece};
+pub use forest::{Forest, Piece, Way};
 pub use form_factor::PolygonSource;
 pub use links::{Link, LinkClass, LinkSet};
 pub use openness::{Arriving, Kept, Openness};

@@ -1,0 +1,258 @@
+//! Light at visible points, gathered anew over the links of the elements and clusters they lie in: crisp where
+//! interpolation blurs.
+//!
+//! The sides that most surfaces get their light from are gathered from, at every point the same ones, so that no seam
+//! shows where elements meet: exactly and without rays over links that are proved visible, with rays over all others.
+//! The rest is interpolated. Points on one element, and on neighbouring ones, share the work of finding their links.
+
+use super::parts::{Part, SentOut, Shining, Spotlit, visible};
+use super::reconstruct::Reconstruction;
+use crate::hierarchy::{Hierarchy, Side};
+use crate::math::{PairSequence, hash_pair};
+use crate::radiosity::{LinkClass, Piece, Solution, Way};
+use crate::tracer::Tracer;
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+use std::borrow::Cow;
+
+/// A side is gathered from if it lights so many walls, or what adds up to them.
+const LEAST_LIT: f64 = 0.01;
+
+/// Likewise of a side that emits: it may be one of very many of a lamp.
+const LEAST_LIT_BY_LAMP: f64 = 0.001;
+
+/// An emitter of which all but this share is proved visible is so.
+const NEARLY_ALL: f32 = 1e-3;
+
+/// Where a source is not uniform it is looked at in parts, unless that changes less than this share of the light.
+const UNEVEN: f64 = 0.003;
+
+/// Most rays for a point, over those that it gets where all its light is to be looked for with rays.
+const MOST_RAYS: f64 = 4.0;
+
+/// Points handed to a thread at a time.
+const RUN: usize = 256;
+
+/// A visible point on a side.
+#[derive(Clone, Copy, Debug)]
+pub struct VisiblePoint {
+    /// The side.
+    pub side: Side,
+    /// The point, local coordinates.
+    pub point: DVec3,
+    /// The leaf element it lies on: [`FinalGather::element_at`].
+    pub element: u32,
+    /// Chooses the rays.
+    pub seed: u64,
+}
+
+/// Gathers light at visible points.
+pub struct FinalGather<'a> {
+    hierarchy: &'a Hierarchy,
+    solution: &'a Solution,
+    tracer: &'a dyn Tracer,
+    /// What comes from all other sides.
+    rest: Reconstruction<'a>,
+    /// The sides that are gathered from: their numbers, in order.
+    sources: Vec<usize>,
+    /// Those of them that emit.
+    lamps: Vec<Piece<'a>>,
+    /// What is known of each side.
+    roles: Vec<Role>,
+    rays: u32,
+}
+
+/// What a side is to the points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Role {
+    /// Its light is interpolated.
+    Interpolated,
+    /// It is gathered from, over links.
+    Source,
+    /// It emits, and is gathered from whether there are links or not: its number among the lamps.
+    Lamp(u32),
+}
+
+/// One source of light for the points of a node.
+struct Term<'a> {
+    piece: Piece<'a>,
+    /// Proved to be visible from everywhere on the node.
+    is_clear: bool,
+}
+
+/// A node that the points lie in, with what its links say.
+struct Level<'a> {
+    node: u32,
+    terms: Vec<Term<'a>>,
+    /// Lamps with the area of the part that is proved visible.
+    clear_lamps: Vec<(u32, f32)>,
+}
+
+impl<'a> FinalGather<'a> {
+    /// Gathers with about `rays` rays for a point at which no light is proved to arrive.
+    pub fn new(
+        hierarchy: &'a Hierarchy,
+        tracer: &'a dyn Tracer,
+        solution: &'a Solution,
+        rays: u32,
+    ) -> FinalGather<'a> {
+        let forest = &solution.forest;
+        let walls_lit = solution.walls_lit(hierarchy, tracer);
+        let (mut sources, mut lamps) = (Vec::new(), Vec::new());
+        let mut roles = vec![Role::Interpolated; forest.side_count()];
+        for (side, &lit) in walls_lit.iter().enumerate() {
+            let emits = hierarchy.emitted(forest.side(side)) != Vec3::ZERO;
+            if lit < if emits { LEAST_LIT_BY_LAMP } else { LEAST_LIT } {
+                continue;
+            }
+            roles[side] = Role::Source;
+            if emits {
+                roles[side] = Role::Lamp(lamps.len() as u32);
+                lamps.push(forest.root(hierarchy, side));
+            }
+            sources.push(side);
+        }
+        let is_left_out: Vec<bool> = roles.iter().map(|&role| role != Role::Interpolated).collect();
+        let rest = solution.irradiance_without(hierarchy, &is_left_out);
+        let rest = Reconstruction::of(hierarchy, forest, Cow::Owned(rest));
+        FinalGather { hierarchy, solution, tracer, rest, sources, lamps, roles, rays }
+    }
+
+    /// The leaf element at a point on a side; `None` for a side that takes no part.
+    pub fn element_at(&self, side: Side, point: DVec3) -> Option<u32> {
+        Some(self.solution.forest.leaf_at(self.hierarchy, side, point)?.id())
+    }
+
+    /// Irradiance at points, W/m². Quick when points on one element, and on neighbouring ones, follow each other.
+    pub fn irradiance(&self, points: &[VisiblePoint]) -> Vec<Vec3> {
+        let runs: Vec<Vec<Vec3>> = points
+            .par_chunks(RUN)
+            .map(|run| {
+                let mut levels = Levels { gather: self, levels: Vec::new(), path: Vec::new() };
+                run.iter().map(|point| levels.irradiance(point)).collect()
+            })
+            .collect();
+        runs.concat()
+    }
+
+    fn sent_out(&self) -> SentOut<'a> {
+        SentOut { forest: &self.solution.forest, light: &self.solution.light }
+    }
+
+    /// What the links of one node say.
+    fn level(&self, node: u32) -> Level<'a> {
+        let (hierarchy, forest) = (self.hierarchy, &self.solution.forest);
+        let clusters = hierarchy.nodes.len() as u32;
+        let mut level = Level { node, terms: Vec::new(), clear_lamps: Vec::new() };
+        let mut way = Way::new(hierarchy, forest);
+        for link in self.solution.links.of(node) {
+            if let Some(element) = link.source.checked_sub(clusters) {
+                let is_clear = link.class == LinkClass::CertifiedVisible && node >= clusters;
+                match self.roles[forest.side_of(element)] {
+                    Role::Interpolated => {}
+                    Role::Source => level.terms.push(Term { piece: way.to(element).clone(), is_clear }),
+                    Role::Lamp(lamp) if is_clear => {
+                        level.clear_lamps.push((lamp, forest.area[element as usize]));
+                    }
+                    Role::Lamp(_) => {}
+                }
+            } else {
+                let cluster = &hierarchy.nodes[link.source as usize];
+                let sides = forest.sides_of(cluster.first).start..forest.sides_of(cluster.end - 1).end;
+                let first = self.sources.partition_point(|&side| side < sides.start);
+                for &side in self.sources[first..].iter().take_while(|&&side| side < sides.end) {
+                    if self.roles[side] == Role::Source {
+                        level.terms.push(Term { piece: forest.root(hierarchy, side), is_clear: false });
+                    }
+                }
+            }
+        }
+        level
+    }
+}
+
+/// The nodes above a point, from the root down to its leaf element.
+struct Levels<'g, 'a> {
+    gather: &'g FinalGather<'a>,
+    levels: Vec<Level<'a>>,
+    path: Vec<u32>,
+}
+
+impl<'a> Levels<'_, 'a> {
+    fn irradiance(&mut self, visible_point: &VisiblePoint) -> Vec3 {
+        self.go_to(visible_point.side, visible_point.element);
+        let gather = self.gather;
+        let rest = gather.rest.look_up(visible_point.side, visible_point.point);
+        let rest = rest.map_or(Vec3::ZERO, |spot| spot.irradiance);
+        let at = Spotlit::on(gather.hierarchy, visible_point.side, visible_point.point);
+        let known = gather.solution.light.irradiance[visible_point.element as usize].as_dvec3();
+        let shining = gather.sent_out();
+        let (mut clear, mut unknown) = (DVec3::ZERO, Vec::new());
+        let mut add = |piece: &Piece<'a>, is_clear: bool| {
+            if piece.side.facet == at.facet || piece.plane.distance(at.point) <= 0.0 {
+                return;
+            }
+            let part = Part::new(piece.clone(), &shining, at);
+            if part.irradiance.max_element() <= 0.0 {
+                return;
+            }
+            if is_clear {
+                clear += refined(part, &shining, UNEVEN * known.max_element(), at);
+            } else {
+                unknown.push(part);
+            }
+        };
+        for (lamp, piece) in (0..).zip(&gather.lamps) {
+            let clear: f32 = self.levels.iter().flat_map(|level| &level.clear_lamps).filter(|l| l.0 == lamp).map(|l| l.1).sum();
+            let area = gather.solution.forest.area[piece.id() as usize];
+            add(piece, clear >= area * (1.0 - NEARLY_ALL));
+        }
+        for term in self.levels.iter().flat_map(|level| &level.terms) {
+            add(&term.piece, term.is_clear);
+        }
+        let total: f64 = unknown.iter().map(|part| part.irradiance.element_sum()).sum();
+        if total > 0.0 {
+            let rays = f64::from(gather.rays);
+            let share = (known.element_sum() / rays).max(total / (MOST_RAYS * rays));
+            let sequence = PairSequence::new(hash_pair(visible_point.seed, 0));
+            clear += visible(unknown, share, &shining, gather.tracer, at, &sequence);
+        }
+        rest + clear.as_vec3()
+    }
+
+    /// Keeps what is above both the last element and this one.
+    fn go_to(&mut self, side: Side, element: u32) {
+        let (hierarchy, forest) = (self.gather.hierarchy, &self.gather.solution.forest);
+        let clusters = hierarchy.nodes.len() as u32;
+        self.path.clear();
+        self.path.extend(hierarchy.lineage(hierarchy.leaf(side.facet)));
+        self.path.reverse();
+        if let Some(index) = forest.side_index(side) {
+            let mut above = forest.first_element[index];
+            self.path.push(clusters + above);
+            while above != element {
+                let second = forest.second[above as usize];
+                above = if element < second { above + 1 } else { second };
+                self.path.push(clusters + above);
+            }
+        }
+        let common = self.levels.iter().zip(&self.path).take_while(|(level, node)| level.node == **node).count();
+        self.levels.truncate(common);
+        for &node in &self.path[common..] {
+            self.levels.push(self.gather.level(node));
+        }
+    }
+}
+
+/// What a part brings that is in full view: of one that is not uniform, the sum of its parts.
+fn refined<'a>(part: Part<'a>, shining: &SentOut<'a>, least: f64, at: Spotlit) -> DVec3 {
+    let element = part.piece.id() as usize;
+    let (forest, light) = (shining.forest, shining.light);
+    let exitance = light.exitance[element].max_element();
+    let uneven = f64::from(light.variation[element] / exitance.max(f32::MIN_POSITIVE));
+    if forest.second[element] == 0 || 0.5 * uneven * part.irradiance.max_element() <= least {
+        return part.irradiance;
+    }
+    let halves = shining.halves(&part.piece);
+    halves.map(|half| refined(Part::new(half, shining, at), shining, least, at)).into_iter().sum()
+}
