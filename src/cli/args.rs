@@ -89,10 +89,14 @@ pub(super) struct RenderArgs {
     #[command(flatten)]
     pub(super) machine: MachineArgs,
 
+    /// A picture of the same view that is right but for noise, .exr (linear radiance): says how far the picture is from
+    /// it, which has its size
+    #[arg(long, value_name = "FILE", help_heading = "Report", conflicts_with_all = ["width", "height"])]
+    pub(super) reference: Option<PathBuf>,
     /// Write the statistics of the run as JSON
     #[arg(long, value_name = "FILE", help_heading = "Report")]
     pub(super) stats: Option<PathBuf>,
-    /// Print nothing but errors
+    /// Print nothing but errors, and the comparison with a reference where no statistics have it
     #[arg(short, long, help_heading = "Report")]
     pub(super) quiet: bool,
 }

@@ -43,6 +43,8 @@ pub(super) struct RenderConfig {
     pub(super) view: ViewConfig,
     /// Light is gathered at each pixel; interpolated otherwise.
     pub(super) final_gather: bool,
+    /// What the picture is compared with.
+    pub(super) reference: Option<PathBuf>,
 }
 
 /// Everything a probe run needs to know.
@@ -271,7 +273,11 @@ impl RenderConfig {
                 "--view cost needs the work of solving by node, which a solution file does not keep",
             );
         }
-        check_distinct(&[Some(&typed.scene), stored.as_ref(), Some(&typed.output), typed.stats.as_ref()])?;
+        if typed.reference.is_some() && typed.view != ViewArg::Shaded {
+            return usage("--reference is compared with --view shaded, and no other view");
+        }
+        let inputs = [Some(&typed.scene), stored.as_ref(), typed.reference.as_ref()];
+        check_distinct(&[&inputs[..], &[Some(&typed.output), typed.stats.as_ref()]].concat())?;
         check_extension("--stats", typed.stats.as_deref(), "json")?;
         let view = ViewConfig::of(typed.picture, checked_exposure(typed.exposure)?, typed.view);
         let outputs = [Some(&typed.output), typed.stats.as_ref()].into_iter().flatten().cloned().collect();
@@ -280,7 +286,7 @@ impl RenderConfig {
         if typed.view == ViewArg::Cost {
             run.solve.record = Record::Work;
         }
-        Ok(Self { run, output: typed.output, format, stats: typed.stats, view, final_gather: typed.final_gather })
+        Ok(Self { run, output: typed.output, format, stats: typed.stats, view, final_gather: typed.final_gather, reference: typed.reference })
     }
 }
 

@@ -6,6 +6,7 @@ mod gathered;
 mod heat;
 mod mesh_view;
 pub mod picture;
+pub mod read;
 mod render;
 pub mod tone;
 pub mod write;
