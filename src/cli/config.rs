@@ -286,7 +286,15 @@ impl RenderConfig {
         if typed.view == ViewArg::Cost {
             run.solve.record = Record::Work;
         }
-        Ok(Self { run, output: typed.output, format, stats: typed.stats, view, final_gather: typed.final_gather, reference: typed.reference })
+        Ok(Self {
+            run,
+            output: typed.output,
+            format,
+            stats: typed.stats,
+            view,
+            final_gather: typed.final_gather,
+            reference: typed.reference,
+        })
     }
 }
 

@@ -69,8 +69,10 @@ fn smoothed(picture: &Picture) -> Picture {
     let pixels = (0..width * height).map(|index| {
         let (rows, columns) = (around(index / width, height), around(index % width, width));
         let count = (rows.len() * columns.len()) as f32;
-        let inside = rows.flat_map(|row| columns.clone().map(move |column| picture.pixels[row * width + column]));
-        let sum = inside.fold([0.0; 3], |sum: [f32; 3], p| [0, 1, 2].map(|channel| sum[channel] + p[channel]));
+        let inside =
+            rows.flat_map(|row| columns.clone().map(move |column| picture.pixels[row * width + column]));
+        let sum =
+            inside.fold([0.0; 3], |sum: [f32; 3], p| [0, 1, 2].map(|channel| sum[channel] + p[channel]));
         sum.map(|c| c / count)
     });
     Picture { width: picture.width, height: picture.height, pixels: pixels.collect() }
@@ -91,7 +93,10 @@ mod tests {
         let difference = TruthDifference::of(&found, &right);
         assert!((difference.relative_bias + 0.1).abs() < 1e-6, "{difference:?}");
         assert!((difference.relative_rmse - 0.1).abs() < 1e-6, "{difference:?}");
-        assert!((difference.smoothed_relative_rmse - 0.1).abs() < 1e-6 && difference.flip > 0.0, "{difference:?}");
+        assert!(
+            (difference.smoothed_relative_rmse - 0.1).abs() < 1e-6 && difference.flip > 0.0,
+            "{difference:?}"
+        );
         assert_eq!(TruthDifference::of(&right, &right), TruthDifference::default());
     }
 

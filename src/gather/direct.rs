@@ -1,7 +1,7 @@
 //! Light straight from the emitters: exact form factors of their parts, each with the visibility of one
 //! ray.
 
-use super::parts::{Emitted, Part, Spotlit, visible};
+use super::parts::{Arriving, Emitted, Source, Spotlit};
 use crate::hierarchy::{Hierarchy, Side};
 use crate::math::{PairSequence, Plane};
 use crate::radiosity::{Forest, Piece};
@@ -30,21 +30,24 @@ pub(super) fn direct(
 ) -> DVec3 {
     let horizons = [at.normal, at.surface].map(|normal| Plane::through(at.point, normal));
     let emitted = Emitted(hierarchy);
-    let mut whole = Vec::new();
+    let (mut whole, mut total) = (Vec::new(), 0.0);
     for emitter in emitters {
         if emitter.side.facet == at.facet || emitter.plane.distance(at.point) <= 0.0 {
             continue;
         }
         let above = horizons.iter().try_fold(emitter.polygon, |polygon, horizon| polygon.clipped(horizon));
         let Some(polygon) = above else { continue };
-        let part = Part::new(emitter.part(polygon), &emitted, at);
-        if part.irradiance.max_element() > 0.0 {
-            whole.push(part);
+        let source = Source::new(emitter.part(polygon), &emitted);
+        let irradiance = source.irradiance(at).element_sum();
+        if irradiance > 0.0 {
+            whole.push(source);
+            total += irradiance;
         }
     }
-    let total: f64 = whole.iter().map(|part| part.irradiance.element_sum()).sum();
-    if total <= 0.0 {
-        return DVec3::ZERO;
+    let share = total / samples as f64;
+    let mut arriving = Arriving::new(tracer, at, share, *sequence);
+    for source in whole {
+        source.cut(share, &emitted, at, &mut |part| arriving.add(&part, part.irradiance(at)));
     }
-    visible(whole, total / samples as f64, &emitted, tracer, at, sequence)
+    arriving.sum()
 }

@@ -5,7 +5,7 @@
 //! shows where elements meet: exactly and without rays over links that are proved visible, with rays over all others.
 //! The rest is interpolated. Points on one element, and on neighbouring ones, share the work of finding their links.
 
-use super::parts::{Part, SentOut, Shining, Spotlit, visible};
+use super::parts::{Arriving, SentOut, Source, Spotlit};
 use super::reconstruct::Reconstruction;
 use crate::hierarchy::{Hierarchy, Side};
 use crate::math::{PairSequence, hash_pair};
@@ -29,6 +29,9 @@ const UNEVEN: f64 = 0.003;
 
 /// Most rays for a point, over those that it gets where all its light is to be looked for with rays.
 const MOST_RAYS: f64 = 4.0;
+
+/// A part that brings more shares than this to a point, on an element to whose middle it brings one, is cut again.
+const CUT_AGAIN: f64 = 2.0;
 
 /// Points handed to a thread at a time.
 const RUN: usize = 256;
@@ -128,15 +131,11 @@ impl<'a> FinalGather<'a> {
         let runs: Vec<Vec<Vec3>> = points
             .par_chunks(RUN)
             .map(|run| {
-                let mut levels = Levels { gather: self, levels: Vec::new(), path: Vec::new() };
+                let mut levels = Levels::new(self);
                 run.iter().map(|point| levels.irradiance(point)).collect()
             })
             .collect();
         runs.concat()
-    }
-
-    fn sent_out(&self) -> SentOut<'a> {
-        SentOut { forest: &self.solution.forest, light: &self.solution.light }
     }
 
     /// What the links of one node say.
@@ -171,53 +170,104 @@ impl<'a> FinalGather<'a> {
     }
 }
 
-/// The nodes above a point, from the root down to its leaf element.
+/// The nodes above a point, from the root down to its leaf element, and all sources for points on that.
 struct Levels<'g, 'a> {
     gather: &'g FinalGather<'a>,
     levels: Vec<Level<'a>>,
     path: Vec<u32>,
+    shining: SentOut<'a>,
+    sources: Sources<'a>,
+    /// What each of those that rays are for brings to a point.
+    brought: Vec<DVec3>,
 }
 
-impl<'a> Levels<'_, 'a> {
-    fn irradiance(&mut self, visible_point: &VisiblePoint) -> Vec3 {
-        self.go_to(visible_point.side, visible_point.element);
-        let gather = self.gather;
-        let rest = gather.rest.look_up(visible_point.side, visible_point.point);
-        let rest = rest.map_or(Vec3::ZERO, |spot| spot.irradiance);
-        let at = Spotlit::on(gather.hierarchy, visible_point.side, visible_point.point);
-        let known = gather.solution.light.irradiance[visible_point.element as usize].as_dvec3();
-        let shining = gather.sent_out();
-        let (mut clear, mut unknown) = (DVec3::ZERO, Vec::new());
+/// What lights the points of one leaf element.
+struct Sources<'a> {
+    element: Option<u32>,
+    /// In full view.
+    clear: Vec<Source<'a>>,
+    /// For rays to find out, in parts of which each brings a share.
+    unknown: Vec<Source<'a>>,
+    /// Irradiance, sum of the channels, that is worth a ray.
+    share: f64,
+    /// Irradiance that is too little to look at closer.
+    little: f64,
+}
+
+impl<'g, 'a> Levels<'g, 'a> {
+    fn new(gather: &'g FinalGather<'a>) -> Levels<'g, 'a> {
+        let shining = SentOut { forest: &gather.solution.forest, light: &gather.solution.light };
+        let sources =
+            Sources { element: None, clear: Vec::new(), unknown: Vec::new(), share: 0.0, little: 0.0 };
+        Levels { gather, levels: Vec::new(), path: Vec::new(), shining, sources, brought: Vec::new() }
+    }
+
+    fn irradiance(&mut self, seen: &VisiblePoint) -> Vec3 {
+        if self.sources.element != Some(seen.element) {
+            self.go_to(seen.side, seen.element);
+            self.find_sources(seen.side, seen.element);
+        }
+        let Levels { gather, shining, sources, brought, .. } = self;
+        let rest = gather.rest.look_up(seen.side, seen.point).map_or(Vec3::ZERO, |spot| spot.irradiance);
+        let at = Spotlit::on(gather.hierarchy, seen.side, seen.point);
+        let clear: DVec3 =
+            sources.clear.iter().map(|source| refined(source, shining, sources.little, at)).sum();
+        let sequence = PairSequence::new(hash_pair(seen.seed, 0));
+        brought.clear();
+        brought.extend(sources.unknown.iter().map(|source| source.irradiance(at)));
+        let total: f64 = brought.iter().map(|irradiance| irradiance.element_sum()).sum();
+        // Where much more arrives than in the middle of the element, the number of rays stays in bounds.
+        let share = sources.share.max(total / (CUT_AGAIN * MOST_RAYS * f64::from(gather.rays)));
+        let mut arriving = Arriving::new(gather.tracer, at, share, sequence);
+        for (source, &irradiance) in sources.unknown.iter().zip(brought.iter()) {
+            let brought = irradiance.element_sum();
+            if brought > CUT_AGAIN * share {
+                for half in source.halves(shining) {
+                    half.cut(share, shining, at, &mut |part| arriving.add(&part, part.irradiance(at)));
+                }
+            } else if brought > 0.0 {
+                arriving.add(source, irradiance);
+            }
+        }
+        rest + (clear + arriving.sum()).as_vec3()
+    }
+
+    /// Collects what the links of all levels say about one element, cut as its middle sees it.
+    fn find_sources(&mut self, side: Side, element: u32) {
+        let Levels { gather, levels, shining, sources, .. } = self;
+        let forest = &gather.solution.forest;
+        let at = Spotlit::on(gather.hierarchy, side, forest.center[element as usize].as_dvec3());
+        let known = gather.solution.light.irradiance[element as usize];
+        let mut unknown = Vec::new();
+        sources.element = Some(element);
+        sources.little = UNEVEN * f64::from(known.max_element());
+        sources.clear.clear();
+        sources.unknown.clear();
         let mut add = |piece: &Piece<'a>, is_clear: bool| {
-            if piece.side.facet == at.facet || piece.plane.distance(at.point) <= 0.0 {
-                return;
-            }
-            let part = Part::new(piece.clone(), &shining, at);
-            if part.irradiance.max_element() <= 0.0 {
-                return;
-            }
-            if is_clear {
-                clear += refined(part, &shining, UNEVEN * known.max_element(), at);
-            } else {
-                unknown.push(part);
+            if piece.side.facet != side.facet {
+                let source = Source::new(piece.clone(), shining);
+                if is_clear { sources.clear.push(source) } else { unknown.push(source) }
             }
         };
         for (lamp, piece) in (0..).zip(&gather.lamps) {
-            let clear: f32 = self.levels.iter().flat_map(|level| &level.clear_lamps).filter(|l| l.0 == lamp).map(|l| l.1).sum();
-            let area = gather.solution.forest.area[piece.id() as usize];
-            add(piece, clear >= area * (1.0 - NEARLY_ALL));
+            let clear = levels.iter().flat_map(|level| &level.clear_lamps).filter(|clear| clear.0 == lamp);
+            let clear: f32 = clear.map(|clear| clear.1).sum();
+            add(piece, clear >= forest.area[piece.id() as usize] * (1.0 - NEARLY_ALL));
         }
-        for term in self.levels.iter().flat_map(|level| &level.terms) {
+        for term in levels.iter().flat_map(|level| &level.terms) {
             add(&term.piece, term.is_clear);
         }
-        let total: f64 = unknown.iter().map(|part| part.irradiance.element_sum()).sum();
-        if total > 0.0 {
-            let rays = f64::from(gather.rays);
-            let share = (known.element_sum() / rays).max(total / (MOST_RAYS * rays));
-            let sequence = PairSequence::new(hash_pair(visible_point.seed, 0));
-            clear += visible(unknown, share, &shining, gather.tracer, at, &sequence);
+        let total: f64 = unknown.iter().map(|source| source.irradiance(at).element_sum()).sum();
+        let rays = f64::from(gather.rays);
+        sources.share = (f64::from(known.element_sum()) / rays).max(total / (MOST_RAYS * rays));
+        for source in unknown {
+            // What does not reach the middle may reach other points.
+            if source.irradiance(at).element_sum() > sources.share {
+                source.cut(sources.share, shining, at, &mut |part| sources.unknown.push(part));
+            } else {
+                sources.unknown.push(source);
+            }
         }
-        rest + clear.as_vec3()
     }
 
     /// Keeps what is above both the last element and this one.
@@ -236,7 +286,8 @@ impl<'a> Levels<'_, 'a> {
                 self.path.push(clusters + above);
             }
         }
-        let common = self.levels.iter().zip(&self.path).take_while(|(level, node)| level.node == **node).count();
+        let common =
+            self.levels.iter().zip(&self.path).take_while(|(level, node)| level.node == **node).count();
         self.levels.truncate(common);
         for &node in &self.path[common..] {
             self.levels.push(self.gather.level(node));
@@ -244,15 +295,14 @@ impl<'a> Levels<'_, 'a> {
     }
 }
 
-/// What a part brings that is in full view: of one that is not uniform, the sum of its parts.
-fn refined<'a>(part: Part<'a>, shining: &SentOut<'a>, least: f64, at: Spotlit) -> DVec3 {
-    let element = part.piece.id() as usize;
+/// What a source in full view brings: of one that is not uniform, the sum of its parts.
+fn refined<'a>(source: &Source<'a>, shining: &SentOut<'a>, little: f64, at: Spotlit) -> DVec3 {
+    let irradiance = source.irradiance(at);
+    let element = source.piece.id() as usize;
     let (forest, light) = (shining.forest, shining.light);
-    let exitance = light.exitance[element].max_element();
-    let uneven = f64::from(light.variation[element] / exitance.max(f32::MIN_POSITIVE));
-    if forest.second[element] == 0 || 0.5 * uneven * part.irradiance.max_element() <= least {
-        return part.irradiance;
+    let uneven = f64::from(light.variation[element]) / source.exitance.max_element().max(f64::MIN_POSITIVE);
+    if forest.second[element] == 0 || 0.5 * uneven * irradiance.max_element() <= little {
+        return irradiance;
     }
-    let halves = shining.halves(&part.piece);
-    halves.map(|half| refined(Part::new(half, shining, at), shining, least, at)).into_iter().sum()
+    source.halves(shining).iter().map(|half| refined(half, shining, little, at)).sum()
 }

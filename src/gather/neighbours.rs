@@ -79,11 +79,7 @@ impl Neighbour {
 }
 
 impl<'a> Neighbourhood<'a> {
-    pub(super) fn new(
-        hierarchy: &'a Hierarchy,
-        forest: &'a Forest,
-        values: &'a [Vec3],
-    ) -> Neighbourhood<'a> {
+    pub(super) fn new(hierarchy: &'a Hierarchy, forest: &'a Forest, values: &'a [Vec3]) -> Neighbourhood<'a> {
         Neighbourhood { hierarchy, forest, values, candidates: Vec::new(), compared: 0 }
     }
 

@@ -2,7 +2,7 @@
 
 use crate::hierarchy::{Hierarchy, Side, TOLERANCE};
 use crate::math::{PairSequence, Plane, hash_pair};
-use crate::radiosity::{Forest, Light, Piece, PolygonSource};
+use crate::radiosity::{Forest, Light, Piece, SourceShape};
 use crate::tracer::{Candidates, FilterAudit, NO_FACET, PACKET, Segment, Tracer};
 use glam::DVec3;
 
@@ -78,59 +78,96 @@ fn cut<'a>(piece: &Piece<'a>) -> [Piece<'a>; 2] {
     piece.polygon.bisect().map(|polygon| piece.part(polygon))
 }
 
-/// A part of a surface that shines on a point.
-pub(super) struct Part<'a> {
+/// A surface that shines, or a part of one.
+pub(super) struct Source<'a> {
+    shape: SourceShape,
+    /// W/m².
+    pub(super) exitance: DVec3,
     pub(super) piece: Piece<'a>,
-    /// Irradiance it brings when nothing is in between.
-    pub(super) irradiance: DVec3,
 }
 
-impl<'a> Part<'a> {
-    pub(super) fn new(piece: Piece<'a>, shining: &impl Shining<'a>, at: Spotlit) -> Part<'a> {
-        let factor = PolygonSource::new(&piece.polygon, piece.plane).form_factor(at.point, at.normal);
-        Part { irradiance: shining.exitance(&piece) * factor, piece }
+impl<'a> Source<'a> {
+    pub(super) fn new(piece: Piece<'a>, shining: &impl Shining<'a>) -> Source<'a> {
+        let shape = SourceShape::of(&piece.polygon, piece.plane);
+        Source { shape, exitance: shining.exitance(&piece), piece }
     }
-}
 
-/// Irradiance at a point from `parts`, as far as rays find them visible.
-///
-/// They are cut until none brings more than `share`, sum of the channels. Each counts with its exact form factor and
-/// the visibility of one point in it; those that bring much less share rays.
-pub(super) fn visible<'a>(
-    parts: Vec<Part<'a>>,
-    share: f64,
-    shining: &impl Shining<'a>,
-    tracer: &dyn Tracer,
-    at: Spotlit,
-    sequence: &PairSequence,
-) -> DVec3 {
-    let horizon = Plane::through(at.point, at.normal);
-    let mut rays = Rays { tracer, at, segments: Vec::new(), carried: Vec::new(), arrived: DVec3::ZERO };
-    // What is left of the last small parts, towards the next ray that stands for them.
-    let (mut due, mut index) = (0.5, 0);
-    let mut stack: Vec<(Part, u32)> = parts.into_iter().rev().map(|part| (part, 0)).collect();
-    while let Some((part, cuts)) = stack.pop() {
-        let brought = part.irradiance.element_sum();
-        if brought > share && cuts < MOST_CUTS {
-            for half in shining.halves(&part.piece).into_iter().rev() {
-                stack.push((Part::new(half, shining, at), cuts + 1));
+    /// What it brings to a point when nothing is in between.
+    pub(super) fn irradiance(&self, at: Spotlit) -> DVec3 {
+        self.exitance * self.shape.form_factor(&self.piece.polygon, at.point, at.normal)
+    }
+
+    /// Its two parts.
+    pub(super) fn halves(&self, shining: &impl Shining<'a>) -> [Source<'a>; 2] {
+        shining.halves(&self.piece).map(|half| Source::new(half, shining))
+    }
+
+    /// Hands over itself, or its parts, so that none brings more than `share` to a point, sum of the channels; parts
+    /// that bring nothing are left out.
+    pub(super) fn cut(
+        self,
+        share: f64,
+        shining: &impl Shining<'a>,
+        at: Spotlit,
+        take: &mut impl FnMut(Source<'a>),
+    ) {
+        let mut stack = vec![(self, 0)];
+        while let Some((source, cuts)) = stack.pop() {
+            let brought = source.irradiance(at).element_sum();
+            if brought > share && cuts < MOST_CUTS {
+                stack.extend(source.halves(shining).into_iter().rev().map(|half| (half, cuts + 1)));
+            } else if brought > 0.0 {
+                take(source);
             }
-            continue;
         }
-        let chance = (4.0 * brought / share).min(1.0);
-        due += chance;
-        if chance < 1.0 && due < 1.0 {
-            continue;
-        }
-        due -= 1.0;
-        let Some(seen) = part.piece.polygon.clipped(&horizon) else { continue };
-        // One point after the other would lie in the same halves of all parts that are the first of two.
-        let [u, v, ..] = sequence.point(hash_pair(index, 0) as u32);
-        index += 1;
-        rays.cast(seen.point_at(u, v), part.piece.side.facet, part.irradiance / chance);
     }
-    rays.flush();
-    rays.arrived
+}
+
+/// Light that rays find to arrive at a point.
+pub(super) struct Arriving<'a> {
+    rays: Rays<'a>,
+    sequence: PairSequence,
+    horizon: Plane,
+    share: f64,
+    /// What is left of the last small parts, towards the next ray that stands for them.
+    due: f64,
+    index: u64,
+}
+
+impl<'a> Arriving<'a> {
+    /// Nothing yet. Parts that bring much less than `share`, sum of the channels, share rays.
+    pub(super) fn new(tracer: &'a dyn Tracer, at: Spotlit, share: f64, sequence: PairSequence) -> Self {
+        let rays = Rays { tracer, at, segments: Vec::new(), carried: Vec::new(), arrived: DVec3::ZERO };
+        let horizon = Plane::through(at.point, at.normal);
+        Arriving { rays, sequence, horizon, share, due: 0.5, index: 0 }
+    }
+
+    /// Adds a part that brings this `irradiance` where one point of it is seen.
+    pub(super) fn add(&mut self, source: &Source<'_>, irradiance: DVec3) {
+        let chance = (4.0 * irradiance.element_sum() / self.share).min(1.0);
+        self.due += chance;
+        if chance < 1.0 && self.due < 1.0 {
+            return;
+        }
+        self.due -= 1.0;
+        // One point after the other would lie in the same halves of all parts that are the first of two.
+        let [u, v, ..] = self.sequence.point(hash_pair(self.index, 0) as u32);
+        let polygon = &source.piece.polygon;
+        let point = if polygon.vertices().iter().all(|&vertex| self.horizon.distance(vertex) >= 0.0) {
+            polygon.point_at(u, v)
+        } else {
+            let Some(above) = polygon.clipped(&self.horizon) else { return };
+            above.point_at(u, v)
+        };
+        self.index += 1;
+        self.rays.cast(point, source.piece.side.facet, irradiance / chance);
+    }
+
+    /// All of it, W/m².
+    pub(super) fn sum(mut self) -> DVec3 {
+        self.rays.flush();
+        self.rays.arrived
+    }
 }
 
 /// Rays to parts of surfaces, cast in packets.

@@ -27,7 +27,7 @@ pub use transport::{Light, direction};
 
 pub use fidelity::VisibilityError;
 pub use forest::{Forest, Piece, Way};
-pub use form_factor::PolygonSource;
+pub use form_factor::{PolygonSource, SourceShape};
 pub use links::{Link, LinkClass, LinkSet};
 pub use openness::{Arriving, Kept, Openness};
 pub use place::place;

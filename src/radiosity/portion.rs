@@ -28,10 +28,10 @@ impl Solution {
             progress: &Silent,
         };
         let materials = Materials { hierarchy, forest };
-        let received = |light: &Light| {
-            light.iterate(hierarchy, forest, &self.links, &materials, receiving).irradiance
-        };
-        let (part, all) = (received(&self.light.only_of(hierarchy, forest, is_left_out)), received(&self.light));
+        let received =
+            |light: &Light| light.iterate(hierarchy, forest, &self.links, &materials, receiving).irradiance;
+        let (part, all) =
+            (received(&self.light.only_of(hierarchy, forest, is_left_out)), received(&self.light));
         let rest = |element: usize| {
             let linked = all[element] * self.strays.gain(element as u32);
             let share = part[element] / linked.max(Vec3::splat(f32::MIN_POSITIVE));
