@@ -75,6 +75,10 @@ pub(super) struct RenderArgs {
     /// Light each pixel anew over the links to what it shows: crisp shadows, which take longer
     #[arg(long, help_heading = "View", overrides_with = "reconstruct")]
     pub(super) final_gather: bool,
+    /// Rays of a final gather for a pixel, 16 to 4096, about; up to 8 times as many where most light is kept off
+    /// [default: by --quality]
+    #[arg(long, value_name = "N", help_heading = "View", requires = "final_gather", value_parser = whole(16, 4096), allow_negative_numbers = true)]
+    pub(super) gather_rays: Option<u32>,
     /// Light each pixel by interpolation over the elements [default]
     #[arg(long, help_heading = "View", overrides_with = "final_gather")]
     pub(super) reconstruct: bool,

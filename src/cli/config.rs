@@ -41,8 +41,8 @@ pub(super) struct RenderConfig {
     pub(super) format: PictureFormat,
     pub(super) stats: Option<PathBuf>,
     pub(super) view: ViewConfig,
-    /// Light is gathered at each pixel; interpolated otherwise.
-    pub(super) final_gather: bool,
+    /// How each pixel is lit.
+    pub(super) lighting: Lighting,
     /// What the picture is compared with.
     pub(super) reference: Option<PathBuf>,
 }
@@ -107,6 +107,15 @@ pub(super) struct CheckConfig {
     pub(super) json: Option<PathBuf>,
 }
 
+/// How pixels are lit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Lighting {
+    /// Interpolated over the elements.
+    Reconstructed,
+    /// Gathered, with so many rays when typed.
+    Gathered(Option<u32>),
+}
+
 /// What is seen, and how.
 #[derive(Clone, Debug)]
 pub(super) struct ViewConfig {
@@ -152,16 +161,17 @@ struct Preset {
     rays: u32,
     iterations: u32,
     samples: u32,
+    gather_rays: u32,
 }
 
 impl Preset {
     const fn of(quality: QualityArg) -> Self {
-        let (epsilon, contrast, resolution, rays, iterations, samples) = match quality {
-            QualityArg::Draft => (5e-3, 0.8, 64.0, 4, 1000, 4),
-            QualityArg::Normal => (5e-5, 0.1, 128.0, 16, 2000, 16),
-            QualityArg::High => (1e-5, 0.05, 256.0, 32, 4000, 36),
+        let (epsilon, contrast, resolution, rays, iterations, samples, gather_rays) = match quality {
+            QualityArg::Draft => (5e-3, 0.8, 64.0, 4, 1000, 4, 64),
+            QualityArg::Normal => (5e-5, 0.1, 128.0, 16, 2000, 16, 128),
+            QualityArg::High => (1e-5, 0.05, 256.0, 32, 4000, 36, 256),
         };
-        Self { epsilon, contrast, resolution, rays, iterations, samples }
+        Self { epsilon, contrast, resolution, rays, iterations, samples, gather_rays }
     }
 
     /// The preset at a place on a scale on which draft is 0, normal 1 and high 2: in between, and beyond, values
@@ -179,6 +189,7 @@ impl Preset {
             rays: mixed(a.rays.into(), b.rays.into()).round() as u32,
             iterations: b.iterations,
             samples: b.samples,
+            gather_rays: b.gather_rays,
         }
     }
 }
@@ -250,6 +261,16 @@ impl ViewConfig {
     }
 }
 
+impl Lighting {
+    /// Rays for a pixel of a solution of this quality, if it is gathered.
+    pub(super) fn rays(self, quality: QualityArg) -> Option<u32> {
+        match self {
+            Lighting::Reconstructed => None,
+            Lighting::Gathered(typed) => Some(typed.unwrap_or(Preset::of(quality).gather_rays)),
+        }
+    }
+}
+
 impl RenderConfig {
     /// Fills in the defaults and checks what depends on several options.
     ///
@@ -286,13 +307,17 @@ impl RenderConfig {
         if typed.view == ViewArg::Cost {
             run.solve.record = Record::Work;
         }
+        let lighting = match typed.final_gather {
+            true => Lighting::Gathered(typed.gather_rays),
+            false => Lighting::Reconstructed,
+        };
         Ok(Self {
             run,
             output: typed.output,
             format,
             stats: typed.stats,
             view,
-            final_gather: typed.final_gather,
+            lighting,
             reference: typed.reference,
         })
     }

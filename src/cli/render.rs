@@ -39,7 +39,7 @@ fn run_in_pool(config: &RenderConfig, progress: &dyn Progress) -> Result<(), Cli
         loaded.solve(&config.run, progress)?;
 
     let samples = config.view.samples(quality);
-    let (picture, map) = match looked_at(config.view.kind, config.final_gather) {
+    let (picture, map) = match looked_at(config.view.kind, config.lighting.rays(quality)) {
         LookedAt::View(view) => {
             let options = RenderOptions { samples, view };
             (image::render(&hierarchy, tracer.as_ref(), &solution, &camera, options, progress), None)
@@ -100,19 +100,15 @@ fn against_reference(difference: &TruthDifference) -> String {
     )
 }
 
-/// Rays for a pixel of a final gather.
-const GATHER_RAYS: u32 = 128;
-
 /// What a picture can show.
 enum LookedAt {
     View(View),
     Heat(Heat),
 }
 
-fn looked_at(view: ViewArg, final_gather: bool) -> LookedAt {
+fn looked_at(view: ViewArg, gather_rays: Option<u32>) -> LookedAt {
     match view {
-        ViewArg::Shaded if final_gather => LookedAt::View(View::Gathered(GATHER_RAYS)),
-        ViewArg::Shaded => LookedAt::View(View::Shaded),
+        ViewArg::Shaded => LookedAt::View(gather_rays.map_or(View::Shaded, View::Gathered)),
         ViewArg::Mesh => LookedAt::View(View::Mesh),
         ViewArg::Cost => LookedAt::Heat(Heat::Cost),
         ViewArg::Links => LookedAt::Heat(Heat::Links),

@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use std::borrow::Cow;
 
 /// A side is gathered from if it lights so many walls, or what adds up to them.
-const LEAST_LIT: f64 = 0.01;
+const LEAST_LIT: f64 = 0.003;
 
 /// Likewise of a side that emits: it may be one of very many of a lamp.
 const LEAST_LIT_BY_LAMP: f64 = 0.001;
