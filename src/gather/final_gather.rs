@@ -9,14 +9,14 @@ use super::parts::{Arriving, SentOut, Source, Spotlit};
 use super::reconstruct::Reconstruction;
 use crate::hierarchy::{Hierarchy, Side};
 use crate::math::{PairSequence, hash_pair};
-use crate::radiosity::{LinkClass, Piece, Solution, Way};
+use crate::radiosity::{Light, LinkClass, Piece, Solution, Way};
 use crate::tracer::Tracer;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::borrow::Cow;
 
 /// A side is gathered from if it lights so many walls, or what adds up to them.
-const LEAST_LIT: f64 = 0.003;
+const LEAST_LIT: f64 = 0.005;
 
 /// Likewise of a side that emits: it may be one of very many of a lamp.
 const LEAST_LIT_BY_LAMP: f64 = 0.001;
@@ -32,6 +32,15 @@ const MOST_RAYS: f64 = 4.0;
 
 /// A part that brings more shares than this to a point, on an element to whose middle it brings one, is cut again.
 const CUT_AGAIN: f64 = 2.0;
+
+const PASSES: u32 = 2;
+
+/// Cells.
+const CELLS: f64 = 2048.0;
+
+const CELL_POINTS: u32 = 4;
+
+const MOST_GAIN: f32 = 4.0;
 
 /// Points handed to a thread at a time.
 const RUN: usize = 256;
@@ -54,6 +63,8 @@ pub struct FinalGather<'a> {
     hierarchy: &'a Hierarchy,
     solution: &'a Solution,
     tracer: &'a dyn Tracer,
+    /// What sides send out that are gathered from.
+    light: Light,
     /// What comes from all other sides.
     rest: Reconstruction<'a>,
     /// The sides that are gathered from: their numbers, in order.
@@ -118,7 +129,67 @@ impl<'a> FinalGather<'a> {
         let is_left_out: Vec<bool> = roles.iter().map(|&role| role != Role::Interpolated).collect();
         let rest = solution.irradiance_without(hierarchy, &is_left_out);
         let rest = Reconstruction::of(hierarchy, forest, Cow::Owned(rest));
-        FinalGather { hierarchy, solution, tracer, rest, sources, lamps, roles, rays }
+        let light = solution.light.clone();
+        let mut gather = FinalGather { hierarchy, solution, tracer, light, rest, sources, lamps, roles, rays };
+        for _ in 0..PASSES {
+            gather.light = gather.gathered_light();
+        }
+        gather
+    }
+
+    /// The light of the solution, on the sides that are gathered from as a gather finds it: in cells, each brighter or
+    /// darker as a whole.
+    fn gathered_light(&self) -> Light {
+        let (hierarchy, forest) = (self.hierarchy, &self.solution.forest);
+        let area: f64 =
+            self.sources.iter().map(|&side| f64::from(forest.area[forest.first_element[side] as usize])).sum();
+        let largest = area / CELLS;
+        let mut cells = Vec::new();
+        for &side in &self.sources {
+            let mut stack = vec![forest.root(hierarchy, side)];
+            while let Some(piece) = stack.pop() {
+                let id = piece.id() as usize;
+                if forest.second[id] != 0 && f64::from(forest.area[id]) > largest {
+                    let [a, b] = piece.halves(forest);
+                    stack.extend([b, a]);
+                } else {
+                    cells.push(piece);
+                }
+            }
+        }
+        let mut points = Vec::new();
+        for (index, cell) in cells.iter().enumerate() {
+            let sequence = PairSequence::new(cell.key);
+            for i in 0..CELL_POINTS {
+                let [u, v, ..] = sequence.point(i);
+                let point = cell.polygon.point_at(u, v);
+                let Some(element) = self.element_at(cell.side, point) else { continue };
+                let seed = hash_pair(cell.key, u64::from(i));
+                points.push((VisiblePoint { side: cell.side, point, element, seed }, index));
+            }
+        }
+        points.sort_by_key(|(point, _)| point.element);
+        let visible: Vec<VisiblePoint> = points.iter().map(|(point, _)| *point).collect();
+        let mut sums = vec![[Vec3::ZERO; 2]; cells.len()];
+        for ((point, cell), found) in points.iter().zip(self.irradiance(&visible)) {
+            sums[*cell][0] += found;
+            sums[*cell][1] += self.solution.light.irradiance[point.element as usize];
+        }
+        let mut irradiance = self.solution.light.irradiance.clone();
+        for (cell, [found, known]) in cells.iter().zip(sums) {
+            let gain = (found / known.max(Vec3::splat(f32::MIN_POSITIVE)))
+                .clamp(Vec3::splat(1.0 / MOST_GAIN), Vec3::splat(MOST_GAIN));
+            let mut stack = vec![cell.id()];
+            while let Some(element) = stack.pop() {
+                irradiance[element as usize] *= gain;
+                let second = forest.second[element as usize];
+                if second != 0 {
+                    stack.extend([element + 1, second]);
+                }
+            }
+        }
+        let leaves: Vec<Vec3> = forest.leaves().map(|element| irradiance[element]).collect();
+        Light::from_leaves(hierarchy, forest, &leaves)
     }
 
     /// The leaf element at a point on a side; `None` for a side that takes no part.
@@ -175,7 +246,7 @@ struct Levels<'g, 'a> {
     gather: &'g FinalGather<'a>,
     levels: Vec<Level<'a>>,
     path: Vec<u32>,
-    shining: SentOut<'a>,
+    shining: SentOut<'a, 'g>,
     sources: Sources<'a>,
     /// What each of those that rays are for brings to a point.
     brought: Vec<DVec3>,
@@ -196,7 +267,7 @@ struct Sources<'a> {
 
 impl<'g, 'a> Levels<'g, 'a> {
     fn new(gather: &'g FinalGather<'a>) -> Levels<'g, 'a> {
-        let shining = SentOut { forest: &gather.solution.forest, light: &gather.solution.light };
+        let shining = SentOut { forest: &gather.solution.forest, light: &gather.light };
         let sources =
             Sources { element: None, clear: Vec::new(), unknown: Vec::new(), share: 0.0, little: 0.0 };
         Levels { gather, levels: Vec::new(), path: Vec::new(), shining, sources, brought: Vec::new() }
@@ -296,7 +367,7 @@ impl<'g, 'a> Levels<'g, 'a> {
 }
 
 /// What a source in full view brings: of one that is not uniform, the sum of its parts.
-fn refined<'a>(source: &Source<'a>, shining: &SentOut<'a>, little: f64, at: Spotlit) -> DVec3 {
+fn refined<'a>(source: &Source<'a>, shining: &SentOut<'a, '_>, little: f64, at: Spotlit) -> DVec3 {
     let irradiance = source.irradiance(at);
     let element = source.piece.id() as usize;
     let (forest, light) = (shining.forest, shining.light);

@@ -58,12 +58,12 @@ impl<'a> Shining<'a> for Emitted<'_> {
 
 /// All that surfaces send out.
 #[derive(Clone, Copy)]
-pub(super) struct SentOut<'a> {
+pub(super) struct SentOut<'a, 'l> {
     pub(super) forest: &'a Forest,
-    pub(super) light: &'a Light,
+    pub(super) light: &'l Light,
 }
 
-impl<'a> Shining<'a> for SentOut<'a> {
+impl<'a> Shining<'a> for SentOut<'a, '_> {
     fn exitance(&self, piece: &Piece<'a>) -> DVec3 {
         self.light.exitance[piece.id() as usize].as_dvec3()
     }
