@@ -5,11 +5,12 @@
 //! shows where elements meet: exactly and without rays over links that are proved visible, with rays over all others.
 //! The rest is interpolated. Points on one element, and on neighbouring ones, share the work of finding their links.
 
-use super::parts::{Arriving, SentOut, Source, Spotlit};
+use super::levels::Levels;
 use super::reconstruct::Reconstruction;
+use super::sources::gathered_light;
 use crate::hierarchy::{Hierarchy, Side};
-use crate::math::{PairSequence, hash_pair};
-use crate::radiosity::{Light, LinkClass, Piece, Solution, Way};
+use crate::progress::Progress;
+use crate::radiosity::{Light, Piece, Solution};
 use crate::tracer::Tracer;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -21,26 +22,8 @@ const LEAST_LIT: f64 = 0.005;
 /// Likewise of a side that emits: it may be one of very many of a lamp.
 const LEAST_LIT_BY_LAMP: f64 = 0.001;
 
-/// An emitter of which all but this share is proved visible is so.
-const NEARLY_ALL: f32 = 1e-3;
-
-/// Where a source is not uniform it is looked at in parts, unless that changes less than this share of the light.
-const UNEVEN: f64 = 0.003;
-
-/// Most rays for a point, over those that it gets where all its light is to be looked for with rays.
-const MOST_RAYS: f64 = 4.0;
-
-/// A part that brings more shares than this to a point, on an element to whose middle it brings one, is cut again.
-const CUT_AGAIN: f64 = 2.0;
-
+/// How often the sources are gathered at themselves: light that has been reflected so often is as a gather finds it.
 const PASSES: u32 = 2;
-
-/// Cells.
-const CELLS: f64 = 2048.0;
-
-const CELL_POINTS: u32 = 4;
-
-const MOST_GAIN: f32 = 4.0;
 
 /// Points handed to a thread at a time.
 const RUN: usize = 256;
@@ -60,46 +43,31 @@ pub struct VisiblePoint {
 
 /// Gathers light at visible points.
 pub struct FinalGather<'a> {
-    hierarchy: &'a Hierarchy,
-    solution: &'a Solution,
-    tracer: &'a dyn Tracer,
+    pub(super) hierarchy: &'a Hierarchy,
+    pub(super) solution: &'a Solution,
+    pub(super) tracer: &'a dyn Tracer,
     /// What sides send out that are gathered from.
-    light: Light,
+    pub(super) light: Light,
     /// What comes from all other sides.
-    rest: Reconstruction<'a>,
+    pub(super) rest: Reconstruction<'a>,
     /// The sides that are gathered from: their numbers, in order.
-    sources: Vec<usize>,
+    pub(super) sources: Vec<usize>,
     /// Those of them that emit.
-    lamps: Vec<Piece<'a>>,
+    pub(super) lamps: Vec<Piece<'a>>,
     /// What is known of each side.
-    roles: Vec<Role>,
-    rays: u32,
+    pub(super) roles: Vec<Role>,
+    pub(super) rays: u32,
 }
 
 /// What a side is to the points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Role {
+pub(super) enum Role {
     /// Its light is interpolated.
     Interpolated,
     /// It is gathered from, over links.
     Source,
     /// It emits, and is gathered from whether there are links or not: its number among the lamps.
     Lamp(u32),
-}
-
-/// One source of light for the points of a node.
-struct Term<'a> {
-    piece: Piece<'a>,
-    /// Proved to be visible from everywhere on the node.
-    is_clear: bool,
-}
-
-/// A node that the points lie in, with what its links say.
-struct Level<'a> {
-    node: u32,
-    terms: Vec<Term<'a>>,
-    /// Lamps with the area of the part that is proved visible.
-    clear_lamps: Vec<(u32, f32)>,
 }
 
 impl<'a> FinalGather<'a> {
@@ -109,7 +77,9 @@ impl<'a> FinalGather<'a> {
         tracer: &'a dyn Tracer,
         solution: &'a Solution,
         rays: u32,
+        progress: &dyn Progress,
     ) -> FinalGather<'a> {
+        progress.start("sources", 0);
         let forest = &solution.forest;
         let walls_lit = solution.walls_lit(hierarchy, tracer);
         let (mut sources, mut lamps) = (Vec::new(), Vec::new());
@@ -130,66 +100,13 @@ impl<'a> FinalGather<'a> {
         let rest = solution.irradiance_without(hierarchy, &is_left_out);
         let rest = Reconstruction::of(hierarchy, forest, Cow::Owned(rest));
         let light = solution.light.clone();
-        let mut gather = FinalGather { hierarchy, solution, tracer, light, rest, sources, lamps, roles, rays };
+        let mut gather =
+            FinalGather { hierarchy, solution, tracer, light, rest, sources, lamps, roles, rays };
         for _ in 0..PASSES {
-            gather.light = gather.gathered_light();
+            gather.light = gathered_light(&gather);
         }
+        progress.finish();
         gather
-    }
-
-    /// The light of the solution, on the sides that are gathered from as a gather finds it: in cells, each brighter or
-    /// darker as a whole.
-    fn gathered_light(&self) -> Light {
-        let (hierarchy, forest) = (self.hierarchy, &self.solution.forest);
-        let area: f64 =
-            self.sources.iter().map(|&side| f64::from(forest.area[forest.first_element[side] as usize])).sum();
-        let largest = area / CELLS;
-        let mut cells = Vec::new();
-        for &side in &self.sources {
-            let mut stack = vec![forest.root(hierarchy, side)];
-            while let Some(piece) = stack.pop() {
-                let id = piece.id() as usize;
-                if forest.second[id] != 0 && f64::from(forest.area[id]) > largest {
-                    let [a, b] = piece.halves(forest);
-                    stack.extend([b, a]);
-                } else {
-                    cells.push(piece);
-                }
-            }
-        }
-        let mut points = Vec::new();
-        for (index, cell) in cells.iter().enumerate() {
-            let sequence = PairSequence::new(cell.key);
-            for i in 0..CELL_POINTS {
-                let [u, v, ..] = sequence.point(i);
-                let point = cell.polygon.point_at(u, v);
-                let Some(element) = self.element_at(cell.side, point) else { continue };
-                let seed = hash_pair(cell.key, u64::from(i));
-                points.push((VisiblePoint { side: cell.side, point, element, seed }, index));
-            }
-        }
-        points.sort_by_key(|(point, _)| point.element);
-        let visible: Vec<VisiblePoint> = points.iter().map(|(point, _)| *point).collect();
-        let mut sums = vec![[Vec3::ZERO; 2]; cells.len()];
-        for ((point, cell), found) in points.iter().zip(self.irradiance(&visible)) {
-            sums[*cell][0] += found;
-            sums[*cell][1] += self.solution.light.irradiance[point.element as usize];
-        }
-        let mut irradiance = self.solution.light.irradiance.clone();
-        for (cell, [found, known]) in cells.iter().zip(sums) {
-            let gain = (found / known.max(Vec3::splat(f32::MIN_POSITIVE)))
-                .clamp(Vec3::splat(1.0 / MOST_GAIN), Vec3::splat(MOST_GAIN));
-            let mut stack = vec![cell.id()];
-            while let Some(element) = stack.pop() {
-                irradiance[element as usize] *= gain;
-                let second = forest.second[element as usize];
-                if second != 0 {
-                    stack.extend([element + 1, second]);
-                }
-            }
-        }
-        let leaves: Vec<Vec3> = forest.leaves().map(|element| irradiance[element]).collect();
-        Light::from_leaves(hierarchy, forest, &leaves)
     }
 
     /// The leaf element at a point on a side; `None` for a side that takes no part.
@@ -208,172 +125,4 @@ impl<'a> FinalGather<'a> {
             .collect();
         runs.concat()
     }
-
-    /// What the links of one node say.
-    fn level(&self, node: u32) -> Level<'a> {
-        let (hierarchy, forest) = (self.hierarchy, &self.solution.forest);
-        let clusters = hierarchy.nodes.len() as u32;
-        let mut level = Level { node, terms: Vec::new(), clear_lamps: Vec::new() };
-        let mut way = Way::new(hierarchy, forest);
-        for link in self.solution.links.of(node) {
-            if let Some(element) = link.source.checked_sub(clusters) {
-                let is_clear = link.class == LinkClass::CertifiedVisible && node >= clusters;
-                match self.roles[forest.side_of(element)] {
-                    Role::Interpolated => {}
-                    Role::Source => level.terms.push(Term { piece: way.to(element).clone(), is_clear }),
-                    Role::Lamp(lamp) if is_clear => {
-                        level.clear_lamps.push((lamp, forest.area[element as usize]));
-                    }
-                    Role::Lamp(_) => {}
-                }
-            } else {
-                let cluster = &hierarchy.nodes[link.source as usize];
-                let sides = forest.sides_of(cluster.first).start..forest.sides_of(cluster.end - 1).end;
-                let first = self.sources.partition_point(|&side| side < sides.start);
-                for &side in self.sources[first..].iter().take_while(|&&side| side < sides.end) {
-                    if self.roles[side] == Role::Source {
-                        level.terms.push(Term { piece: forest.root(hierarchy, side), is_clear: false });
-                    }
-                }
-            }
-        }
-        level
-    }
-}
-
-/// The nodes above a point, from the root down to its leaf element, and all sources for points on that.
-struct Levels<'g, 'a> {
-    gather: &'g FinalGather<'a>,
-    levels: Vec<Level<'a>>,
-    path: Vec<u32>,
-    shining: SentOut<'a, 'g>,
-    sources: Sources<'a>,
-    /// What each of those that rays are for brings to a point.
-    brought: Vec<DVec3>,
-}
-
-/// What lights the points of one leaf element.
-struct Sources<'a> {
-    element: Option<u32>,
-    /// In full view.
-    clear: Vec<Source<'a>>,
-    /// For rays to find out, in parts of which each brings a share.
-    unknown: Vec<Source<'a>>,
-    /// Irradiance, sum of the channels, that is worth a ray.
-    share: f64,
-    /// Irradiance that is too little to look at closer.
-    little: f64,
-}
-
-impl<'g, 'a> Levels<'g, 'a> {
-    fn new(gather: &'g FinalGather<'a>) -> Levels<'g, 'a> {
-        let shining = SentOut { forest: &gather.solution.forest, light: &gather.light };
-        let sources =
-            Sources { element: None, clear: Vec::new(), unknown: Vec::new(), share: 0.0, little: 0.0 };
-        Levels { gather, levels: Vec::new(), path: Vec::new(), shining, sources, brought: Vec::new() }
-    }
-
-    fn irradiance(&mut self, seen: &VisiblePoint) -> Vec3 {
-        if self.sources.element != Some(seen.element) {
-            self.go_to(seen.side, seen.element);
-            self.find_sources(seen.side, seen.element);
-        }
-        let Levels { gather, shining, sources, brought, .. } = self;
-        let rest = gather.rest.look_up(seen.side, seen.point).map_or(Vec3::ZERO, |spot| spot.irradiance);
-        let at = Spotlit::on(gather.hierarchy, seen.side, seen.point);
-        let clear: DVec3 =
-            sources.clear.iter().map(|source| refined(source, shining, sources.little, at)).sum();
-        let sequence = PairSequence::new(hash_pair(seen.seed, 0));
-        brought.clear();
-        brought.extend(sources.unknown.iter().map(|source| source.irradiance(at)));
-        let total: f64 = brought.iter().map(|irradiance| irradiance.element_sum()).sum();
-        // Where much more arrives than in the middle of the element, the number of rays stays in bounds.
-        let share = sources.share.max(total / (CUT_AGAIN * MOST_RAYS * f64::from(gather.rays)));
-        let mut arriving = Arriving::new(gather.tracer, at, share, sequence);
-        for (source, &irradiance) in sources.unknown.iter().zip(brought.iter()) {
-            let brought = irradiance.element_sum();
-            if brought > CUT_AGAIN * share {
-                for half in source.halves(shining) {
-                    half.cut(share, shining, at, &mut |part| arriving.add(&part, part.irradiance(at)));
-                }
-            } else if brought > 0.0 {
-                arriving.add(source, irradiance);
-            }
-        }
-        rest + (clear + arriving.sum()).as_vec3()
-    }
-
-    /// Collects what the links of all levels say about one element, cut as its middle sees it.
-    fn find_sources(&mut self, side: Side, element: u32) {
-        let Levels { gather, levels, shining, sources, .. } = self;
-        let forest = &gather.solution.forest;
-        let at = Spotlit::on(gather.hierarchy, side, forest.center[element as usize].as_dvec3());
-        let known = gather.solution.light.irradiance[element as usize];
-        let mut unknown = Vec::new();
-        sources.element = Some(element);
-        sources.little = UNEVEN * f64::from(known.max_element());
-        sources.clear.clear();
-        sources.unknown.clear();
-        let mut add = |piece: &Piece<'a>, is_clear: bool| {
-            if piece.side.facet != side.facet {
-                let source = Source::new(piece.clone(), shining);
-                if is_clear { sources.clear.push(source) } else { unknown.push(source) }
-            }
-        };
-        for (lamp, piece) in (0..).zip(&gather.lamps) {
-            let clear = levels.iter().flat_map(|level| &level.clear_lamps).filter(|clear| clear.0 == lamp);
-            let clear: f32 = clear.map(|clear| clear.1).sum();
-            add(piece, clear >= forest.area[piece.id() as usize] * (1.0 - NEARLY_ALL));
-        }
-        for term in levels.iter().flat_map(|level| &level.terms) {
-            add(&term.piece, term.is_clear);
-        }
-        let total: f64 = unknown.iter().map(|source| source.irradiance(at).element_sum()).sum();
-        let rays = f64::from(gather.rays);
-        sources.share = (f64::from(known.element_sum()) / rays).max(total / (MOST_RAYS * rays));
-        for source in unknown {
-            // What does not reach the middle may reach other points.
-            if source.irradiance(at).element_sum() > sources.share {
-                source.cut(sources.share, shining, at, &mut |part| sources.unknown.push(part));
-            } else {
-                sources.unknown.push(source);
-            }
-        }
-    }
-
-    /// Keeps what is above both the last element and this one.
-    fn go_to(&mut self, side: Side, element: u32) {
-        let (hierarchy, forest) = (self.gather.hierarchy, &self.gather.solution.forest);
-        let clusters = hierarchy.nodes.len() as u32;
-        self.path.clear();
-        self.path.extend(hierarchy.lineage(hierarchy.leaf(side.facet)));
-        self.path.reverse();
-        if let Some(index) = forest.side_index(side) {
-            let mut above = forest.first_element[index];
-            self.path.push(clusters + above);
-            while above != element {
-                let second = forest.second[above as usize];
-                above = if element < second { above + 1 } else { second };
-                self.path.push(clusters + above);
-            }
-        }
-        let common =
-            self.levels.iter().zip(&self.path).take_while(|(level, node)| level.node == **node).count();
-        self.levels.truncate(common);
-        for &node in &self.path[common..] {
-            self.levels.push(self.gather.level(node));
-        }
-    }
-}
-
-/// What a source in full view brings: of one that is not uniform, the sum of its parts.
-fn refined<'a>(source: &Source<'a>, shining: &SentOut<'a, '_>, little: f64, at: Spotlit) -> DVec3 {
-    let irradiance = source.irradiance(at);
-    let element = source.piece.id() as usize;
-    let (forest, light) = (shining.forest, shining.light);
-    let uneven = f64::from(light.variation[element]) / source.exitance.max_element().max(f64::MIN_POSITIVE);
-    if forest.second[element] == 0 || 0.5 * uneven * irradiance.max_element() <= little {
-        return irradiance;
-    }
-    source.halves(shining).iter().map(|half| refined(half, shining, little, at)).sum()
 }

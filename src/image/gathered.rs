@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use std::f32::consts::PI;
 
 /// About so many pixels are worked on at a time: enough to share work, and little memory.
-const BLOCK: usize = 1 << 18;
+const BLOCK: usize = 1 << 16;
 
 /// What one pixel shows of one side.
 struct Share {

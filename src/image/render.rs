@@ -54,7 +54,7 @@ pub fn render(
     let look = match options.view {
         View::Shaded => Look::Shaded,
         View::Gathered(rays) => {
-            let gather = FinalGather::new(hierarchy, tracer, solution, rays);
+            let gather = FinalGather::new(hierarchy, tracer, solution, rays, progress);
             let shown = (&Lens::new(camera, &hierarchy.frame), camera.width as usize, camera.height as usize);
             return gathered(hierarchy, tracer, &gather, shown, options.samples.max(1), progress);
         }
