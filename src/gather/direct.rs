@@ -37,7 +37,7 @@ pub(super) fn direct(
         }
         let above = horizons.iter().try_fold(emitter.polygon, |polygon, horizon| polygon.clipped(horizon));
         let Some(polygon) = above else { continue };
-        let source = Source::new(emitter.part(polygon), &emitted);
+        let source = Source::new(emitter.part(polygon), true, &emitted);
         let irradiance = source.irradiance(at).element_sum();
         if irradiance > 0.0 {
             whole.push(source);
@@ -47,7 +47,7 @@ pub(super) fn direct(
     let share = total / samples as f64;
     let mut arriving = Arriving::new(tracer, at, share, *sequence);
     for source in whole {
-        source.cut(share, &emitted, at, &mut |part| arriving.add(&part, part.irradiance(at)));
+        source.cut(share, &emitted, at, &mut |part| arriving.add(&part, part.irradiance(at), &emitted));
     }
     arriving.sum()
 }

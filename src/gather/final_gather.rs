@@ -25,6 +25,9 @@ const LEAST_LIT_BY_LAMP: f64 = 0.001;
 /// How often the sources are gathered at themselves: light that has been reflected so often is as a gather finds it.
 const PASSES: u32 = 2;
 
+/// Rays for a point of a source, at least: what they get wrong is in all that the source lights.
+const RAYS_OF_SOURCES: u32 = 256;
+
 /// Points handed to a thread at a time.
 const RUN: usize = 256;
 
@@ -100,11 +103,14 @@ impl<'a> FinalGather<'a> {
         let rest = solution.irradiance_without(hierarchy, &is_left_out);
         let rest = Reconstruction::of(hierarchy, forest, Cow::Owned(rest));
         let light = solution.light.clone();
+        let rays_of_picture = rays;
+        let rays = rays.max(RAYS_OF_SOURCES);
         let mut gather =
             FinalGather { hierarchy, solution, tracer, light, rest, sources, lamps, roles, rays };
         for _ in 0..PASSES {
             gather.light = gathered_light(&gather);
         }
+        gather.rays = rays_of_picture;
         progress.finish();
         gather
     }

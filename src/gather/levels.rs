@@ -23,8 +23,18 @@ const CUT_AGAIN: f64 = 2.0;
 /// One source of light for the points of a node.
 struct Term<'a> {
     piece: Piece<'a>,
-    /// Proved to be visible from everywhere on the node.
-    is_clear: bool,
+    view: InView,
+}
+
+/// What a link says about how much of a source is in view.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum InView {
+    /// All of it, from everywhere on the node: that is proved.
+    All,
+    /// Most of it.
+    Most,
+    /// Less, or nothing is known.
+    Some,
 }
 
 /// A node that the points lie in, with what its links say.
@@ -47,7 +57,14 @@ impl<'a> Level<'a> {
                 let is_clear = link.class == LinkClass::CertifiedVisible && node >= clusters;
                 match gather.roles[forest.side_of(element)] {
                     Role::Interpolated => {}
-                    Role::Source => level.terms.push(Term { piece: way.to(element).clone(), is_clear }),
+                    Role::Source => {
+                        let view = match link.visibility > 0.5 {
+                            _ if is_clear => InView::All,
+                            true => InView::Most,
+                            false => InView::Some,
+                        };
+                        level.terms.push(Term { piece: way.to(element).clone(), view });
+                    }
                     Role::Lamp(lamp) if is_clear => {
                         level.clear_lamps.push((lamp, forest.area[element as usize]));
                     }
@@ -59,7 +76,7 @@ impl<'a> Level<'a> {
                 let first = gather.sources.partition_point(|&side| side < sides.start);
                 for &side in gather.sources[first..].iter().take_while(|&&side| side < sides.end) {
                     if gather.roles[side] == Role::Source {
-                        level.terms.push(Term { piece: forest.root(hierarchy, side), is_clear: false });
+                        level.terms.push(Term { piece: forest.root(hierarchy, side), view: InView::Some });
                     }
                 }
             }
@@ -123,13 +140,15 @@ impl<'g, 'a> Levels<'g, 'a> {
             let brought = irradiance.element_sum();
             if brought > CUT_AGAIN * share {
                 for half in source.halves(shining) {
-                    half.cut(share, shining, at, &mut |part| arriving.add(&part, part.irradiance(at)));
+                    half.cut(share, shining, at, &mut |part| {
+                        arriving.add(&part, part.irradiance(at), shining)
+                    });
                 }
             } else if brought > 0.0 {
-                arriving.add(source, irradiance);
+                arriving.add(source, irradiance, shining);
             }
         }
-        rest + (clear + arriving.sum()).as_vec3()
+        rest + (clear + arriving.sum()).max(DVec3::ZERO).as_vec3()
     }
 
     /// Collects what the links of all levels say about one element, cut as its middle sees it.
@@ -143,19 +162,20 @@ impl<'g, 'a> Levels<'g, 'a> {
         sources.little = UNEVEN * f64::from(known.max_element());
         sources.clear.clear();
         sources.unknown.clear();
-        let mut add = |piece: &Piece<'a>, is_clear: bool| {
+        let mut add = |piece: &Piece<'a>, view: InView| {
             if piece.side.facet != side.facet {
-                let source = Source::new(piece.clone(), shining);
-                if is_clear { sources.clear.push(source) } else { unknown.push(source) }
+                let source = Source::new(piece.clone(), view == InView::Most, shining);
+                if view == InView::All { sources.clear.push(source) } else { unknown.push(source) }
             }
         };
         for (lamp, piece) in (0..).zip(&gather.lamps) {
             let clear = levels.iter().flat_map(|level| &level.clear_lamps).filter(|clear| clear.0 == lamp);
             let clear: f32 = clear.map(|clear| clear.1).sum();
-            add(piece, clear >= forest.area[piece.id() as usize] * (1.0 - NEARLY_ALL));
+            let is_clear = clear >= forest.area[piece.id() as usize] * (1.0 - NEARLY_ALL);
+            add(piece, if is_clear { InView::All } else { InView::Some });
         }
         for term in levels.iter().flat_map(|level| &level.terms) {
-            add(&term.piece, term.is_clear);
+            add(&term.piece, term.view);
         }
         let total: f64 = unknown.iter().map(|source| source.irradiance(at).element_sum()).sum();
         let rays = f64::from(gather.rays);

@@ -272,7 +272,7 @@ impl Forest {
 
     /// The id of the element at a point of a piece: the first on the way down to its leaf that `is_enough` holds for,
     /// else the leaf.
-    pub(super) fn element_in(&self, piece: &Piece<'_>, point: DVec3, is_enough: impl Fn(u32) -> bool) -> u32 {
+    pub fn element_in(&self, piece: &Piece<'_>, point: DVec3, is_enough: impl Fn(u32) -> bool) -> u32 {
         let (mut id, mut outline, mut cut) = (piece.id(), piece.polygon, piece.cut);
         while let Some(&second) = self.second.get(id as usize).filter(|&&second| second != 0) {
             if is_enough(id) {

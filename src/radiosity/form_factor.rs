@@ -24,6 +24,11 @@ impl SourceShape {
         SourceShape { front, center, extent, area }
     }
 
+    /// Whether its extent over its distance from a point, squared, is more than `limit`.
+    pub fn looks_larger(&self, limit: f64, point: DVec3) -> bool {
+        self.extent * self.extent > limit * self.center.distance_squared(point)
+    }
+
     /// As [`PolygonSource::form_factor`]; `polygon` is what the shape was made of.
     pub fn form_factor(&self, polygon: &Polygon, point: DVec3, normal: DVec3) -> f64 {
         let height = self.front.distance(point);
