@@ -72,6 +72,16 @@ pub(super) struct RenderArgs {
     /// Multiplier on linear radiance before tone mapping [default: chosen from the picture]
     #[arg(long, value_name = "X", help_heading = "View", value_parser = positive, allow_negative_numbers = true)]
     pub(super) exposure: Option<f64>,
+    /// Light each pixel anew over the links to what it shows: crisp shadows, which take longer
+    #[arg(long, help_heading = "View", overrides_with = "reconstruct")]
+    pub(super) final_gather: bool,
+    /// Rays of a final gather for a pixel, 16 to 4096, about; up to 8 times as many where most light is kept off
+    /// [default: by --quality]
+    #[arg(long, value_name = "N", help_heading = "View", requires = "final_gather", value_parser = whole(16, 4096), allow_negative_numbers = true)]
+    pub(super) gather_rays: Option<u32>,
+    /// Light each pixel by interpolation over the elements [default]
+    #[arg(long, help_heading = "View", overrides_with = "final_gather")]
+    pub(super) reconstruct: bool,
     /// What the picture shows
     #[arg(long, value_name = "KIND", help_heading = "View", value_enum, default_value_t = ViewArg::Shaded)]
     pub(super) view: ViewArg,
@@ -83,10 +93,14 @@ pub(super) struct RenderArgs {
     #[command(flatten)]
     pub(super) machine: MachineArgs,
 
+    /// A picture of the same view that is right but for noise, .exr (linear radiance): says how far the picture is from
+    /// it, which has its size
+    #[arg(long, value_name = "FILE", help_heading = "Report", conflicts_with_all = ["width", "height"])]
+    pub(super) reference: Option<PathBuf>,
     /// Write the statistics of the run as JSON
     #[arg(long, value_name = "FILE", help_heading = "Report")]
     pub(super) stats: Option<PathBuf>,
-    /// Print nothing but errors
+    /// Print nothing but errors, and the comparison with a reference where no statistics have it
     #[arg(short, long, help_heading = "Report")]
     pub(super) quiet: bool,
 }

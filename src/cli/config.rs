@@ -41,6 +41,10 @@ pub(super) struct RenderConfig {
     pub(super) format: PictureFormat,
     pub(super) stats: Option<PathBuf>,
     pub(super) view: ViewConfig,
+    /// How each pixel is lit.
+    pub(super) lighting: Lighting,
+    /// What the picture is compared with.
+    pub(super) reference: Option<PathBuf>,
 }
 
 /// Everything a probe run needs to know.
@@ -103,6 +107,15 @@ pub(super) struct CheckConfig {
     pub(super) json: Option<PathBuf>,
 }
 
+/// How pixels are lit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Lighting {
+    /// Interpolated over the elements.
+    Reconstructed,
+    /// Gathered, with so many rays when typed.
+    Gathered(Option<u32>),
+}
+
 /// What is seen, and how.
 #[derive(Clone, Debug)]
 pub(super) struct ViewConfig {
@@ -148,16 +161,17 @@ struct Preset {
     rays: u32,
     iterations: u32,
     samples: u32,
+    gather_rays: u32,
 }
 
 impl Preset {
     const fn of(quality: QualityArg) -> Self {
-        let (epsilon, contrast, resolution, rays, iterations, samples) = match quality {
-            QualityArg::Draft => (5e-3, 0.8, 64.0, 4, 1000, 4),
-            QualityArg::Normal => (5e-5, 0.1, 128.0, 16, 2000, 16),
-            QualityArg::High => (1e-5, 0.05, 256.0, 32, 4000, 36),
+        let (epsilon, contrast, resolution, rays, iterations, samples, gather_rays) = match quality {
+            QualityArg::Draft => (5e-3, 0.8, 64.0, 4, 1000, 4, 64),
+            QualityArg::Normal => (5e-5, 0.1, 128.0, 16, 2000, 16, 128),
+            QualityArg::High => (1e-5, 0.05, 256.0, 32, 4000, 36, 256),
         };
-        Self { epsilon, contrast, resolution, rays, iterations, samples }
+        Self { epsilon, contrast, resolution, rays, iterations, samples, gather_rays }
     }
 
     /// The preset at a place on a scale on which draft is 0, normal 1 and high 2: in between, and beyond, values
@@ -175,6 +189,7 @@ impl Preset {
             rays: mixed(a.rays.into(), b.rays.into()).round() as u32,
             iterations: b.iterations,
             samples: b.samples,
+            gather_rays: b.gather_rays,
         }
     }
 }
@@ -246,6 +261,16 @@ impl ViewConfig {
     }
 }
 
+impl Lighting {
+    /// Rays for a pixel of a solution of this quality, if it is gathered.
+    pub(super) fn rays(self, quality: QualityArg) -> Option<u32> {
+        match self {
+            Lighting::Reconstructed => None,
+            Lighting::Gathered(typed) => Some(typed.unwrap_or(Preset::of(quality).gather_rays)),
+        }
+    }
+}
+
 impl RenderConfig {
     /// Fills in the defaults and checks what depends on several options.
     ///
@@ -260,13 +285,20 @@ impl RenderConfig {
         if typed.exposure.is_some() && !matches!(typed.view, ViewArg::Shaded | ViewArg::Mesh) {
             return usage("--exposure has no use with a heat map, whose colours have a legend");
         }
+        if typed.final_gather && typed.view != ViewArg::Shaded {
+            return usage("--final-gather is for --view shaded; the other views show elements as they are");
+        }
         let stored = typed.stored.stored;
         if stored.is_some() && typed.view == ViewArg::Cost {
             return usage(
                 "--view cost needs the work of solving by node, which a solution file does not keep",
             );
         }
-        check_distinct(&[Some(&typed.scene), stored.as_ref(), Some(&typed.output), typed.stats.as_ref()])?;
+        if typed.reference.is_some() && typed.view != ViewArg::Shaded {
+            return usage("--reference is compared with --view shaded, and no other view");
+        }
+        let inputs = [Some(&typed.scene), stored.as_ref(), typed.reference.as_ref()];
+        check_distinct(&[&inputs[..], &[Some(&typed.output), typed.stats.as_ref()]].concat())?;
         check_extension("--stats", typed.stats.as_deref(), "json")?;
         let view = ViewConfig::of(typed.picture, checked_exposure(typed.exposure)?, typed.view);
         let outputs = [Some(&typed.output), typed.stats.as_ref()].into_iter().flatten().cloned().collect();
@@ -275,7 +307,19 @@ impl RenderConfig {
         if typed.view == ViewArg::Cost {
             run.solve.record = Record::Work;
         }
-        Ok(Self { run, output: typed.output, format, stats: typed.stats, view })
+        let lighting = match typed.final_gather {
+            true => Lighting::Gathered(typed.gather_rays),
+            false => Lighting::Reconstructed,
+        };
+        Ok(Self {
+            run,
+            output: typed.output,
+            format,
+            stats: typed.stats,
+            view,
+            lighting,
+            reference: typed.reference,
+        })
     }
 }
 

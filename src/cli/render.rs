@@ -6,7 +6,9 @@ use super::config::RenderConfig;
 use super::console;
 use super::errors::CliError;
 use super::solved::{Loaded, Solved, in_pool};
+use crate::compare::TruthDifference;
 use crate::image::picture::Picture;
+use crate::image::read::{PictureError, read_exr};
 use crate::image::tone::Exposure;
 use crate::image::write::{PictureFormat, check_destination, check_output, write_picture};
 use crate::image::{self, Heat, HeatMap, RenderOptions, View};
@@ -28,12 +30,16 @@ pub(super) fn run(config: &RenderConfig) -> Result<(), CliError> {
 
 fn run_in_pool(config: &RenderConfig, progress: &dyn Progress) -> Result<(), CliError> {
     let loaded = Loaded::load(&config.run, progress)?;
-    let camera = choose_camera(&loaded.scene, &config.view)?;
+    let reference = config.reference.as_deref().map(read_exr).transpose().map_err(reference_failure)?;
+    let mut camera = choose_camera(&loaded.scene, &config.view)?;
+    if let Some(reference) = &reference {
+        (camera.width, camera.height) = (reference.width, reference.height);
+    }
     let Solved { scene, hierarchy, tracer, solution, quality, mut stats, mut clock, .. } =
         loaded.solve(&config.run, progress)?;
 
     let samples = config.view.samples(quality);
-    let (picture, map) = match looked_at(config.view.kind) {
+    let (picture, map) = match looked_at(config.view.kind, config.lighting.rays(quality)) {
         LookedAt::View(view) => {
             let options = RenderOptions { samples, view };
             (image::render(&hierarchy, tracer.as_ref(), &solution, &camera, options, progress), None)
@@ -59,6 +65,11 @@ fn run_in_pool(config: &RenderConfig, progress: &dyn Progress) -> Result<(), Cli
     stats.seconds.total = clock.total();
     stats.memory.peak_rss_bytes = memory::peak_rss_bytes();
 
+    stats.reference = reference.map(|reference| TruthDifference::of(&picture, &reference));
+
+    if let Some(difference) = stats.reference.filter(|_| !config.run.quiet || config.stats.is_none()) {
+        console::note(&against_reference(&difference));
+    }
     if !config.run.quiet {
         console::note(&table::table(&[(scene.name.as_str(), &stats)]));
         map.iter().for_each(|map| console::note(&map.legend()));
@@ -69,15 +80,35 @@ fn run_in_pool(config: &RenderConfig, progress: &dyn Progress) -> Result<(), Cli
     Ok(())
 }
 
+/// What an unusable reference means for the caller.
+fn reference_failure(error: PictureError) -> CliError {
+    match error {
+        PictureError::Unreadable { .. } => CliError::Unreadable(error.to_string()),
+        PictureError::Malformed { .. } => CliError::Malformed(error.to_string()),
+    }
+}
+
+/// One line about how far the picture is from its reference.
+fn against_reference(difference: &TruthDifference) -> String {
+    format!(
+        "against the reference: relative RMSE {:.2} %, {:.2} % smoothed; FLIP {:.4}, {:.4} smoothed; mean {:+.2} %\n",
+        100.0 * difference.relative_rmse,
+        100.0 * difference.smoothed_relative_rmse,
+        difference.flip,
+        difference.smoothed_flip,
+        100.0 * difference.relative_bias
+    )
+}
+
 /// What a picture can show.
 enum LookedAt {
     View(View),
     Heat(Heat),
 }
 
-fn looked_at(view: ViewArg) -> LookedAt {
+fn looked_at(view: ViewArg, gather_rays: Option<u32>) -> LookedAt {
     match view {
-        ViewArg::Shaded => LookedAt::View(View::Shaded),
+        ViewArg::Shaded => LookedAt::View(gather_rays.map_or(View::Shaded, View::Gathered)),
         ViewArg::Mesh => LookedAt::View(View::Mesh),
         ViewArg::Cost => LookedAt::Heat(Heat::Cost),
         ViewArg::Links => LookedAt::Heat(Heat::Links),

@@ -15,6 +15,7 @@ mod recorder;
 mod referee;
 mod replay;
 mod speed;
+mod truth;
 
 pub use distance::{between_segments, distance_to_change};
 pub use exitance::ExitanceDifference;
@@ -26,6 +27,7 @@ pub use recorder::{KeptPackets, Recorder};
 pub use referee::{Referee, Ruling, Standing, tolerance_for, tolerance_for_ray};
 pub use replay::{ReplayError, Replayed, read_replay, write_replay};
 pub use speed::rays_per_second;
+pub use truth::TruthDifference;
 
 use crate::hierarchy::Hierarchy;
 use crate::image::picture::Picture;

@@ -1,7 +1,7 @@
 //! Light by way of other surfaces: rays over the hemisphere of a point find what it sees, and the
 //! solution says how bright that is.
 
-use super::direct::Spotlit;
+use super::parts::Spotlit;
 use crate::hierarchy::Hierarchy;
 use crate::math::{PairSequence, cosine_direction};
 use crate::radiosity::Solution;

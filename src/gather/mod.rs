@@ -2,11 +2,16 @@
 //! itself. \[CW93\]
 
 mod direct;
+mod final_gather;
 mod hemisphere;
 mod interpolate;
+mod levels;
 mod neighbours;
+mod parts;
 mod point;
 mod reconstruct;
+mod sources;
 
+pub use final_gather::{FinalGather, VisiblePoint};
 pub use point::{Gatherer, Irradiance, SAMPLES};
 pub use reconstruct::{Reconstruction, Spot};

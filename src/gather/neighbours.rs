@@ -5,7 +5,7 @@
 use super::reconstruct::SAME_POINT;
 use crate::hierarchy::{Hierarchy, NodeKind};
 use crate::math::{Aabb, MAX_VERTICES, Polygon};
-use crate::radiosity::{Piece, Solution};
+use crate::radiosity::{Forest, Piece};
 use glam::{DVec3, Vec3};
 use std::ops::Range;
 
@@ -38,7 +38,9 @@ enum Candidate<'a> {
 /// A side whose neighbours are looked for.
 pub(super) struct Neighbourhood<'a> {
     pub(super) hierarchy: &'a Hierarchy,
-    pub(super) solution: &'a Solution,
+    pub(super) forest: &'a Forest,
+    /// By element.
+    pub(super) values: &'a [Vec3],
     /// Handed down from the piece that is visited and those above it.
     candidates: Vec<Candidate<'a>>,
     /// How often something was compared with an element: the measure of the work.
@@ -46,7 +48,7 @@ pub(super) struct Neighbourhood<'a> {
 }
 
 impl Neighbour {
-    fn new(piece: &Piece<'_>, solution: &Solution) -> Neighbour {
+    fn new(piece: &Piece<'_>, values: &[Vec3]) -> Neighbour {
         let normal = piece.plane.normal;
         let mut outward = [DVec3::ZERO; MAX_VERTICES];
         for (edge, (a, b)) in outward.iter_mut().zip(piece.polygon.edges()) {
@@ -56,7 +58,7 @@ impl Neighbour {
             facet: piece.side.facet,
             polygon: piece.polygon,
             center: piece.polygon.center(),
-            irradiance: solution.light.irradiance[piece.id() as usize],
+            irradiance: values[piece.id() as usize],
             normal,
             outward,
         }
@@ -77,14 +79,14 @@ impl Neighbour {
 }
 
 impl<'a> Neighbourhood<'a> {
-    pub(super) fn new(hierarchy: &'a Hierarchy, solution: &'a Solution) -> Neighbourhood<'a> {
-        Neighbourhood { hierarchy, solution, candidates: Vec::new(), compared: 0 }
+    pub(super) fn new(hierarchy: &'a Hierarchy, forest: &'a Forest, values: &'a [Vec3]) -> Neighbourhood<'a> {
+        Neighbourhood { hierarchy, forest, values, candidates: Vec::new(), compared: 0 }
     }
 
     /// Visits all elements of a side in order; leaves come with all leaf elements that touch their box and
     /// continue their surface, themselves included.
     pub(super) fn visit(&mut self, side: usize, mut element: impl FnMut(&Piece<'a>, Option<&[Neighbour]>)) {
-        let forest = &self.solution.forest;
+        let forest = self.forest;
         self.candidates.clear();
         self.candidates.push(Candidate::Node(0));
         let mut near = Vec::new();
@@ -142,7 +144,7 @@ impl<'a> Neighbourhood<'a> {
                     continue;
                 }
                 if let Candidate::Piece(other) = &candidate {
-                    let neighbour = Neighbour::new(other, self.solution);
+                    let neighbour = Neighbour::new(other, self.values);
                     if !neighbour.is_apart(&piece.polygon) {
                         near.push(neighbour);
                     }
@@ -160,7 +162,7 @@ impl<'a> Neighbourhood<'a> {
         bounds: &Aabb,
         stack: &mut Vec<Candidate<'a>>,
     ) -> bool {
-        let (hierarchy, forest) = (self.hierarchy, &self.solution.forest);
+        let (hierarchy, forest) = (self.hierarchy, self.forest);
         let mut push = |part: Candidate<'a>| {
             self.compared += 1;
             if part.is_near(piece, bounds, hierarchy) {
@@ -266,7 +268,7 @@ mod tests {
         let tracer = FallbackTracer::new(&hierarchy.mesh);
         let solution = radiosity::solve(&hierarchy, &tracer, &options, 1.0, &Silent);
         let (mut found, mut leaves) = (0, 0);
-        let mut around = Neighbourhood::new(&hierarchy, &solution);
+        let mut around = Neighbourhood::new(&hierarchy, &solution.forest, &solution.light.irradiance);
         for side in 0..solution.forest.side_count() {
             around.visit(side, |piece, near| {
                 let Some(near) = near else { return };

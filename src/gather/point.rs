@@ -1,10 +1,11 @@
 //! Irradiance at a point: straight from the emitters, and by way of other surfaces.
 
-use super::direct::{Emitter, Spotlit, direct, emitters};
+use super::direct::{direct, emitters};
 use super::hemisphere::reflected;
-use crate::hierarchy::{Hierarchy, NodeKind, Side, TOLERANCE};
+use super::parts::Spotlit;
+use crate::hierarchy::{Hierarchy, NodeKind, Side};
 use crate::math::{PairSequence, hash_pair};
-use crate::radiosity::Solution;
+use crate::radiosity::{Piece, Solution};
 use crate::tracer::{NO_FACET, Tracer};
 use glam::DVec3;
 
@@ -21,9 +22,6 @@ const ALIGNED: f64 = 0.95;
 /// A point whose normal lies as good as in the plane of a facet is on neither side of it, as a cosine.
 const ACROSS: f64 = 0.1;
 
-/// How far above its facet a point is taken to be, local length.
-const LIFT: f64 = 5.0 * TOLERANCE;
-
 /// Irradiance at a point, W/m², linear RGB.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Irradiance {
@@ -38,7 +36,7 @@ pub struct Gatherer<'a> {
     hierarchy: &'a Hierarchy,
     tracer: &'a dyn Tracer,
     solution: &'a Solution,
-    emitters: Vec<Emitter>,
+    emitters: Vec<Piece<'a>>,
     samples: u32,
 }
 
@@ -50,7 +48,7 @@ impl<'a> Gatherer<'a> {
         solution: &'a Solution,
         samples: u32,
     ) -> Gatherer<'a> {
-        Gatherer { hierarchy, tracer, solution, emitters: emitters(hierarchy), samples }
+        Gatherer { hierarchy, tracer, solution, emitters: emitters(hierarchy, &solution.forest), samples }
     }
 
     /// Irradiance at `point` on a surface with unit `normal`, in scene coordinates. The samples depend on nothing
@@ -59,21 +57,15 @@ impl<'a> Gatherer<'a> {
         let sequence = PairSequence::new(seed(point, normal));
         let point = self.hierarchy.frame.local_from_scene(point).as_dvec3();
         let at = self.placed(point, normal);
-        let direct = direct(&self.emitters, self.tracer, at, self.samples, &sequence);
+        let direct = direct(self.hierarchy, &self.emitters, self.tracer, at, self.samples, &sequence);
         let reflected = reflected(self.hierarchy, self.solution, self.tracer, at, self.samples, &sequence);
         Irradiance { total: direct + reflected, direct }
     }
 
-    /// A point on a facet is put just above it, and off the border, where others may stand on it.
+    /// A point on a facet is put just above it.
     fn placed(&self, point: DVec3, normal: DVec3) -> Spotlit {
         match self.side_at(point, normal) {
-            Some(Side { facet, back }) => {
-                let plane = self.hierarchy.facets[facet as usize].plane;
-                let point = self.hierarchy.polygon(facet).inside(point, plane.normal, LIFT);
-                let plane = if back { plane.flipped() } else { plane };
-                let point = point + plane.normal * (LIFT - plane.distance(point));
-                Spotlit { point, normal, surface: plane.normal, facet }
-            }
+            Some(side) => Spotlit { normal, ..Spotlit::on(self.hierarchy, side, point) },
             None => Spotlit { point, normal, surface: normal, facet: NO_FACET },
         }
     }

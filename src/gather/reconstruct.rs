@@ -6,8 +6,9 @@ use super::interpolate::mean_value;
 use super::neighbours::{Neighbour, Neighbourhood};
 use crate::hierarchy::{Hierarchy, Side, TOLERANCE};
 use crate::math::Polygon;
-use crate::radiosity::{Piece, Solution};
+use crate::radiosity::{Forest, Piece, Solution};
 use glam::{DVec3, Vec3};
+use std::borrow::Cow;
 use std::sync::OnceLock;
 
 /// How far apart two corners may lie and still be the same, local units.
@@ -36,20 +37,31 @@ pub struct Spot {
 /// Looks up irradiance anywhere on the surfaces; the work for a side is done when it is first seen.
 pub struct Reconstruction<'a> {
     hierarchy: &'a Hierarchy,
-    solution: &'a Solution,
+    forest: &'a Forest,
+    /// Of each leaf element, by element id, W/m².
+    irradiance: Cow<'a, [Vec3]>,
     sides: Vec<OnceLock<SideMesh>>,
 }
 
 impl<'a> Reconstruction<'a> {
-    /// Nothing is computed yet.
+    /// Of all light of a solution; nothing is computed yet.
     pub fn new(hierarchy: &'a Hierarchy, solution: &'a Solution) -> Reconstruction<'a> {
-        let sides = (0..solution.forest.side_count()).map(|_| OnceLock::new()).collect();
-        Reconstruction { hierarchy, solution, sides }
+        Reconstruction::of(hierarchy, &solution.forest, Cow::Borrowed(&solution.light.irradiance))
+    }
+
+    /// Of any irradiance of leaf elements, by element id.
+    pub fn of(
+        hierarchy: &'a Hierarchy,
+        forest: &'a Forest,
+        irradiance: Cow<'a, [Vec3]>,
+    ) -> Reconstruction<'a> {
+        let sides = (0..forest.side_count()).map(|_| OnceLock::new()).collect();
+        Reconstruction { hierarchy, forest, irradiance, sides }
     }
 
     /// The element at `point` on a side, and its irradiance there; `None` for a side that takes no part.
     pub fn look_up(&self, side: Side, point: DVec3) -> Option<Spot> {
-        let forest = &self.solution.forest;
+        let forest = self.forest;
         let index = forest.side_index(side)?;
         let piece = forest.leaf_on(self.hierarchy, index, point);
         let normal = piece.plane.normal;
@@ -63,7 +75,7 @@ impl<'a> Reconstruction<'a> {
 
     fn mesh_of(&self, index: usize) -> SideMesh {
         let mut mesh = SideMesh::default();
-        Neighbourhood::new(self.hierarchy, self.solution).visit(index, |piece, near| {
+        Neighbourhood::new(self.hierarchy, self.forest, &self.irradiance).visit(index, |piece, near| {
             mesh.first.push(mesh.points.len() as u32);
             let Some(near) = near else { return };
             for corner in outline(&piece.polygon, near) {
@@ -88,7 +100,7 @@ impl<'a> Reconstruction<'a> {
                 weights += weight;
             }
         }
-        if weights > 0.0 { sum / weights } else { self.solution.light.irradiance[piece.id() as usize] }
+        if weights > 0.0 { sum / weights } else { self.irradiance[piece.id() as usize] }
     }
 
     /// Whether something stands on the facet between two of its elements.

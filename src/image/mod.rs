@@ -2,9 +2,11 @@
 
 mod camera;
 mod descent;
+mod gathered;
 mod heat;
 mod mesh_view;
 pub mod picture;
+pub mod read;
 mod render;
 pub mod tone;
 pub mod write;

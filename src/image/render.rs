@@ -1,10 +1,11 @@
 //! From a solution to a picture through one camera.
 
 use super::camera::Lens;
+use super::gathered::gathered;
 use super::heat::HeatMap;
 use super::mesh_view::{MeshView, edge};
 use super::picture::Picture;
-use crate::gather::Reconstruction;
+use crate::gather::{FinalGather, Reconstruction};
 use crate::hierarchy::{Hierarchy, Side};
 use crate::progress::Progress;
 use crate::radiosity::Solution;
@@ -23,8 +24,10 @@ const BAND: usize = 4;
 /// What the picture shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum View {
-    /// The lit scene.
+    /// The lit scene, light interpolated over the elements.
     Shaded,
+    /// The lit scene, light gathered at each pixel with about so many rays.
+    Gathered(u32),
     /// Elements with their edges, coloured by the class of the links that light them.
     Mesh,
 }
@@ -50,6 +53,11 @@ pub fn render(
 ) -> Picture {
     let look = match options.view {
         View::Shaded => Look::Shaded,
+        View::Gathered(rays) => {
+            let gather = FinalGather::new(hierarchy, tracer, solution, rays, progress);
+            let shown = (&Lens::new(camera, &hierarchy.frame), camera.width as usize, camera.height as usize);
+            return gathered(hierarchy, tracer, &gather, shown, options.samples.max(1), progress);
+        }
         View::Mesh => Look::Mesh(MeshView::new(hierarchy, solution)),
     };
     rendered(hierarchy, tracer, solution, camera, (look, options.samples), progress)
@@ -157,7 +165,7 @@ impl Shader<'_> {
 }
 
 /// The hit in double precision: on the plane itself, unless the ray only grazes it.
-fn point_on_plane(origin: DVec3, direction: DVec3, t: f64, plane: &crate::math::Plane) -> DVec3 {
+pub(super) fn point_on_plane(origin: DVec3, direction: DVec3, t: f64, plane: &crate::math::Plane) -> DVec3 {
     let facing = plane.normal.dot(direction);
     let exact = -plane.distance(origin) / facing;
     let t = if facing.abs() > 1e-6 && (exact - t).abs() < 1e-3 * t { exact } else { t };
@@ -165,7 +173,7 @@ fn point_on_plane(origin: DVec3, direction: DVec3, t: f64, plane: &crate::math::
 }
 
 /// Where in the pixel sample `index` of `count` lies: evenly spread, the first in the middle.
-fn sample_offset(index: u32, count: u32) -> (f32, f32) {
+pub(super) fn sample_offset(index: u32, count: u32) -> (f32, f32) {
     if count == 1 {
         return (0.5, 0.5);
     }

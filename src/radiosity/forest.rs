@@ -59,6 +59,11 @@ impl<'a> Piece<'a> {
         })
     }
 
+    /// A part of it, which is no element: with this outline, and otherwise like the whole.
+    pub fn part(&self, polygon: Polygon) -> Piece<'a> {
+        Piece { polygon, ..self.clone() }
+    }
+
     /// Becomes its half at a point of it; splits the tree if need be.
     pub fn keep_half_at(&mut self, forest: &'a Forest, point: DVec3) {
         let (cut, is_back, normal) = (self.cut, self.side.back, self.plane.normal);
@@ -99,7 +104,7 @@ impl<'a> Piece<'a> {
 
 /// Finds one element after the other: those of a side in ascending order cost little, since what is above both of
 /// two is gone down once.
-pub(super) struct Way<'a> {
+pub struct Way<'a> {
     hierarchy: &'a Hierarchy,
     forest: &'a Forest,
     /// The elements above the last one and itself, each with the first id that is no longer below it.
@@ -107,12 +112,13 @@ pub(super) struct Way<'a> {
 }
 
 impl<'a> Way<'a> {
-    pub(super) fn new(hierarchy: &'a Hierarchy, forest: &'a Forest) -> Way<'a> {
+    /// Nothing is found yet.
+    pub fn new(hierarchy: &'a Hierarchy, forest: &'a Forest) -> Way<'a> {
         Way { hierarchy, forest, pieces: Vec::new() }
     }
 
     /// An element with its geometry.
-    pub(super) fn to(&mut self, element: u32) -> &Piece<'a> {
+    pub fn to(&mut self, element: u32) -> &Piece<'a> {
         while self.pieces.pop_if(|(piece, end)| element < piece.id() || element >= *end).is_some() {}
         if self.pieces.is_empty() {
             let side = self.forest.side_of(element);
@@ -281,6 +287,22 @@ impl Forest {
                 }
             }
         }
+    }
+
+    /// The id of the element at a point of a piece: the first on the way down to its leaf that `is_enough` holds for,
+    /// else the leaf.
+    pub fn element_in(&self, piece: &Piece<'_>, point: DVec3, is_enough: impl Fn(u32) -> bool) -> u32 {
+        let (mut id, mut outline, mut cut) = (piece.id(), piece.polygon, piece.cut);
+        while let Some(&second) = self.second.get(id as usize).filter(|&&second| second != 0) {
+            if is_enough(id) {
+                break;
+            }
+            let (is_back, normal) = (piece.side.back, piece.plane.normal);
+            let (half, below) = self.cuts.keep_part_at(&mut outline, cut, is_back, point, normal);
+            cut = below;
+            id = [id + 1, second][half];
+        }
+        id
     }
 
     /// Visits the elements of a piece that hold some of the `points`, with those: the first on the way down to the leaf

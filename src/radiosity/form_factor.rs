@@ -8,40 +8,29 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 /// error is of the same order, below one per cent.
 const SMALL: f64 = 0.02;
 
-/// A polygon that sends light, with what every form factor to it needs.
+/// What every form factor to a polygon needs, besides its outline.
 #[derive(Clone, Copy, Debug)]
-pub struct PolygonSource<'a> {
-    polygon: &'a Polygon,
+pub struct SourceShape {
     front: Plane,
     center: DVec3,
     extent: f64,
     area: f64,
 }
 
-impl<'a> PolygonSource<'a> {
-    /// A source that shines to the front of its plane.
-    pub fn new(polygon: &'a Polygon, front: Plane) -> PolygonSource<'a> {
+impl SourceShape {
+    /// Of a source that shines to the front of its plane.
+    pub fn of(polygon: &Polygon, front: Plane) -> SourceShape {
         let (center, extent, area) = (polygon.center(), polygon.extent(), polygon.area());
-        PolygonSource { polygon, front, center, extent, area }
+        SourceShape { front, center, extent, area }
     }
 
-    /// Centre of the source.
-    pub fn center(&self) -> DVec3 {
-        self.center
+    /// Whether its extent over its distance from a point, squared, is more than `limit`.
+    pub fn looks_larger(&self, limit: f64, point: DVec3) -> bool {
+        self.extent * self.extent > limit * self.center.distance_squared(point)
     }
 
-    /// Size of the source, see [`Polygon::extent`].
-    pub fn extent(&self) -> f64 {
-        self.extent
-    }
-
-    /// Fraction of the light leaving a surface at `point`, uniformly in radiance, that reaches the
-    /// source; 0 to 1, without occlusion. Also the irradiance at `point` for unit exitance of the
-    /// source.
-    ///
-    /// `normal` is the unit normal at the point. Both sides of the pair have to face each other, and
-    /// what lies below the receiver's horizon does not count.
-    pub fn form_factor(&self, point: DVec3, normal: DVec3) -> f64 {
+    /// As [`PolygonSource::form_factor`]; `polygon` is what the shape was made of.
+    pub fn form_factor(&self, polygon: &Polygon, point: DVec3, normal: DVec3) -> f64 {
         let height = self.front.distance(point);
         if height <= 0.0 {
             return 0.0;
@@ -58,13 +47,47 @@ impl<'a> PolygonSource<'a> {
             };
         }
         let horizon = Plane::through(point, normal);
-        let heights = self.polygon.vertices().iter().map(|&v| horizon.distance(v));
+        let heights = polygon.vertices().iter().map(|&v| horizon.distance(v));
         let (low, high) = heights.fold((f64::MAX, f64::MIN), |(low, high), h| (low.min(h), high.max(h)));
         if low >= 0.0 {
-            return contour(point, normal, self.polygon);
+            return contour(point, normal, polygon);
         }
-        let visible = if high > 0.0 { self.polygon.clipped(&horizon) } else { None };
+        let visible = if high > 0.0 { polygon.clipped(&horizon) } else { None };
         visible.map_or(0.0, |visible| contour(point, normal, &visible))
+    }
+}
+
+/// A polygon that sends light, with what every form factor to it needs.
+#[derive(Clone, Copy, Debug)]
+pub struct PolygonSource<'a> {
+    polygon: &'a Polygon,
+    shape: SourceShape,
+}
+
+impl<'a> PolygonSource<'a> {
+    /// A source that shines to the front of its plane.
+    pub fn new(polygon: &'a Polygon, front: Plane) -> PolygonSource<'a> {
+        PolygonSource { polygon, shape: SourceShape::of(polygon, front) }
+    }
+
+    /// Centre of the source.
+    pub fn center(&self) -> DVec3 {
+        self.shape.center
+    }
+
+    /// Size of the source, see [`Polygon::extent`].
+    pub fn extent(&self) -> f64 {
+        self.shape.extent
+    }
+
+    /// Fraction of the light leaving a surface at `point`, uniformly in radiance, that reaches the
+    /// source; 0 to 1, without occlusion. Also the irradiance at `point` for unit exitance of the
+    /// source.
+    ///
+    /// `normal` is the unit normal at the point. Both sides of the pair have to face each other, and
+    /// what lies below the receiver's horizon does not count.
+    pub fn form_factor(&self, point: DVec3, normal: DVec3) -> f64 {
+        self.shape.form_factor(self.polygon, point, normal)
     }
 }
 

@@ -14,6 +14,7 @@ mod form_factor;
 mod links;
 mod openness;
 mod place;
+mod portion;
 mod quarters;
 mod refine;
 mod shading;
@@ -25,8 +26,8 @@ mod work;
 pub use transport::{Light, direction};
 
 pub use fidelity::VisibilityError;
-pub use forest::{Forest, Piece};
-pub use form_factor::PolygonSource;
+pub use forest::{Forest, Piece, Way};
+pub use form_factor::{PolygonSource, SourceShape};
 pub use links::{Link, LinkClass, LinkSet};
 pub use openness::{Arriving, Kept, Openness};
 pub use place::place;

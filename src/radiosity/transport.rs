@@ -194,6 +194,17 @@ impl Light {
         light
     }
 
+    /// The light that some sides send out, and none from the others.
+    pub(super) fn only_of(&self, hierarchy: &Hierarchy, forest: &Forest, is_of: &[bool]) -> Light {
+        let mut only = self.clone();
+        for side in (0..forest.side_count()).filter(|&side| !is_of[side]) {
+            let elements = forest.first_element[side] as usize..forest.first_element[side + 1] as usize;
+            only.exitance[elements].fill(Vec3::ZERO);
+        }
+        only.pull_clusters(hierarchy, forest);
+        only
+    }
+
     /// Carries the light over to a new numbering; elements new in it take their parent's.
     pub(super) fn renumbered(&self, forest: &Forest, new_from_old: &[u32]) -> Light {
         const UNKNOWN: Vec3 = Vec3::NAN;

@@ -1,5 +1,6 @@
 //! The statistics of one run, as written by `--stats FILE.json`.
 
+use crate::compare::TruthDifference;
 use serde::{Deserialize, Serialize};
 
 /// Everything counted in one run. The JSON has exactly these fields; see `docs/stats.md`.
@@ -25,6 +26,8 @@ pub struct Stats {
     pub energy_error_w: f64,
     /// Where the power went.
     pub energy: EnergyStats,
+    /// How far the picture is from a reference; absent without one.
+    pub reference: Option<TruthDifference>,
     /// Bytes.
     pub memory: MemoryStats,
     /// Wall-clock seconds by phase.

@@ -210,3 +210,64 @@ fn heat_maps_are_pictures_with_a_legend() {
         assert!(linear.pixels().all(|p| p.0.iter().all(|c| (0.0..=1.0).contains(c))), "{view}");
     }
 }
+
+#[test]
+fn a_final_gather_is_another_picture_and_the_last_word_counts() {
+    let folder = Folder::with_scene();
+    let solved = folder.run(&["solve", "scene.toml", "-o", "a.lsol", "--quality", "draft"]);
+    assert_eq!(solved.code, 0, "{solved:?}");
+    render(&folder, "plain.png", &[]);
+    render(&folder, "reconstructed.png", &["--final-gather", "--reconstruct"]);
+    render(&folder, "gathered.png", &["--reconstruct", "--final-gather"]);
+    let stored = [
+        "render",
+        "scene.toml",
+        "-o",
+        "stored.png",
+        "--solution",
+        "a.lsol",
+        "--samples",
+        "1",
+        "--final-gather",
+    ];
+    assert_eq!(folder.run(&stored).code, 0);
+    let file = |name: &str| std::fs::read(folder.path(name)).expect("a picture");
+    assert_eq!(file("plain.png"), file("reconstructed.png"));
+    assert_ne!(file("plain.png"), file("gathered.png"));
+    assert_eq!(file("gathered.png"), file("stored.png"), "a stored solution is gathered from as a new one");
+    for options in [&["--view", "mesh", "--final-gather"][..], &["--gather-rays", "64"]] {
+        let run = folder.run(&[&["render", "scene.toml", "-o", "no.png"], options].concat());
+        assert_eq!(run.code, 2, "{run:?}");
+        assert!(run.stderr.contains("--final-gather"), "{run:?}");
+    }
+    assert!(!folder.path("no.png").exists());
+}
+
+#[test]
+fn a_picture_is_compared_with_its_reference() {
+    let folder = Folder::with_scene();
+    render(&folder, "right.exr", &["--width", "40"]);
+    let run = render(&folder, "same.png", &["--reference", "right.exr", "--stats", "same.json"]);
+    assert!(run.stderr.contains("against the reference: relative RMSE 0.00 %"), "{run:?}");
+    assert_eq!(size(&folder.path("same.png")), (40, 30), "a picture has the size of its reference");
+    let same = stats(&folder, "same.json").reference.expect("a comparison");
+    assert_eq!((same.relative_rmse, same.flip), (0.0, 0.0));
+    render(&folder, "other.png", &["--reference", "right.exr", "--stats", "other.json", "--final-gather"]);
+    let other = stats(&folder, "other.json").reference.expect("a comparison");
+    assert!(other.relative_rmse > 0.0 && other.flip > 0.0 && other.smoothed_flip > 0.0, "{other:?}");
+    render(&folder, "alone.png", &["--stats", "alone.json"]);
+    assert!(stats(&folder, "alone.json").reference.is_none());
+
+    folder.write("text.exr", "no picture");
+    for (reference, code) in [("missing.exr", 3), ("text.exr", 4), (".", 3)] {
+        let run = folder.run(&["render", "scene.toml", "-o", "no.png", "--reference", reference]);
+        run.expect_error(code, &[reference]);
+    }
+    let sized =
+        folder.run(&["render", "scene.toml", "-o", "no.png", "--reference", "right.exr", "--width", "8"]);
+    assert_eq!(sized.code, 2, "{sized:?}");
+    let view =
+        folder.run(&["render", "scene.toml", "-o", "no.png", "--reference", "right.exr", "--view", "mesh"]);
+    view.expect_error(2, &["--reference"]);
+    assert!(!folder.path("no.png").exists());
+}

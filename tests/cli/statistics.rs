@@ -7,7 +7,7 @@ use crate::run::{Folder, has_embree};
 use lightshaft::report::stats::Stats;
 
 /// Every field by its record; scripts rely on these names.
-const FIELDS: [(&str, &[&str]); 7] = [
+const FIELDS: [(&str, &[&str]); 8] = [
     ("", &["tracer", "embree_version", "strategy", "threads", "iterations", "energy_error_w"]),
     (
         "scene",
@@ -55,6 +55,7 @@ const FIELDS: [(&str, &[&str]); 7] = [
         ],
     ),
     ("energy", &["emitted_w", "absorbed_w", "escaped_w", "corrected_w", "balance_error"]),
+    ("reference", &["relative_rmse", "relative_bias", "flip", "smoothed_relative_rmse", "smoothed_flip"]),
     ("memory", &["peak_rss_bytes", "links_bytes", "elements_bytes"]),
     ("seconds", &["load", "build", "refine", "solve", "render", "total"]),
 ];
@@ -85,7 +86,8 @@ fn names_of(value: &Value) -> Vec<String> {
 #[test]
 fn the_fields_are_the_documented_ones() {
     let folder = Folder::with_scene();
-    render(&folder, "a.png", &["--stats", "a.json"]);
+    render(&folder, "b.exr", &[]);
+    render(&folder, "a.png", &["--stats", "a.json", "--reference", "b.exr"]);
     let value = json(&folder, "a.json");
     let mut expected: Vec<String> = FIELDS
         .iter()
@@ -101,7 +103,9 @@ fn the_fields_are_the_documented_ones() {
         match name.as_str() {
             "tracer" | "strategy" => assert!(field.is_string(), "{name}: {field}"),
             "embree_version" => assert!(field.is_string() || field.is_null(), "{name}: {field}"),
-            "energy.corrected_w" => assert!(field.as_f64().is_some_and(f64::is_finite), "{name}: {field}"),
+            "energy.corrected_w" | "reference.relative_bias" => {
+                assert!(field.as_f64().is_some_and(f64::is_finite), "{name}: {field}")
+            }
             _ => assert!(field.as_f64().is_some_and(|n| n >= 0.0), "{name}: {field}"),
         }
     }

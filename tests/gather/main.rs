@@ -1,5 +1,5 @@
 //! Light at single points, against what is known on paper: Lambert's formula for a polygon, a penumbra
-//! that is known exactly, an opening into a room of known brightness, one coloured bounce, the furnace.
+//! that is known exactly, an opening into a room of known brightness, one coloured bounce, the furnace; and final gather.
 
 #[path = "../embree_or_skip/mod.rs"]
 mod embree_or_skip;
@@ -15,6 +15,7 @@ mod solving;
 mod two_rooms;
 
 mod asking;
+mod final_gather;
 mod furnace;
 mod lambert;
 mod opening;

@@ -20,13 +20,13 @@ const LAMP: f64 = 2.0;
 
 /// Height of the board and where its edge is; it covers all smaller x.
 #[derive(Clone, Copy, Debug)]
-struct Board {
-    height: f64,
-    edge: f64,
+pub(crate) struct Board {
+    pub(crate) height: f64,
+    pub(crate) edge: f64,
 }
 
 /// The lamp is the unit square at height 2.
-fn scene(board: Board) -> Case {
+pub(crate) fn scene(board: Board) -> Case {
     let mut scene = Rectangles::new("penumbra");
     let (black, lamp) = (scene.material(0.0, 0.0), scene.material(0.0, RADIANCE as f32));
     scene.quad([[-4.0, -4.0, 0.0], [5.0, -4.0, 0.0], [5.0, 5.0, 0.0], [-4.0, 5.0, 0.0]], black);
@@ -37,7 +37,7 @@ fn scene(board: Board) -> Case {
 }
 
 /// Irradiance at (x, y) on the floor without the board, with it, and the share of the lamp that is seen.
-fn exact(board: Board, x: f64, y: f64) -> (f64, f64, f64) {
+pub(crate) fn exact(board: Board, x: f64, y: f64) -> (f64, f64, f64) {
     let irradiance = |from: f64| PI * RADIANCE * level_rectangle([from - x, 1.0 - x], [-y, 1.0 - y], LAMP);
     // The line from the point over the edge meets the lamp's plane here.
     let first_seen = (x + (board.edge - x) * LAMP / board.height).clamp(0.0, 1.0);
@@ -45,7 +45,7 @@ fn exact(board: Board, x: f64, y: f64) -> (f64, f64, f64) {
 }
 
 /// Across the whole penumbra and some way into light and shadow on both sides.
-fn points(board: Board) -> Vec<Point> {
+pub(crate) fn points(board: Board) -> Vec<Point> {
     let across = 81;
     let shift = |lamp: f64| lamp + (board.edge - lamp) * LAMP / (LAMP - board.height);
     let (from, to) = (shift(1.0) - 0.1, shift(0.0) + 0.1);
@@ -85,7 +85,7 @@ fn errors(found: &[[f64; 2]], points: &[Point], board: Board) -> Errors {
     errors
 }
 
-const BOARDS: [Board; 3] =
+pub(crate) const BOARDS: [Board; 3] =
     [Board { height: 1.0, edge: 0.5 }, Board { height: 0.3, edge: 0.77 }, Board { height: 1.6, edge: 0.2 }];
 
 /// One per cent, as promised for direct light. Rays find the edge of the board: with 4096 of them about

@@ -1,0 +1,82 @@
+//! What part of the light on elements comes from some of the sides, and how much depends on each side: for a closer
+//! look at those that matter most.
+
+use super::flight::rooms;
+use super::solve::Solution;
+use super::strays::Strays;
+use super::transport::{Damping, Light, Materials, Receiving};
+use crate::hierarchy::Hierarchy;
+use crate::progress::Silent;
+use crate::tracer::Tracer;
+use glam::Vec3;
+use rayon::prelude::*;
+
+impl Solution {
+    /// Irradiance of each leaf element without what it receives over links from the sides that `is_left_out` says,
+    /// W/m²; in inner elements there is nothing.
+    ///
+    /// All that the solution corrects without knowing which links are wrong stays in: stray light as an amount, the rest
+    /// as the factor it is.
+    pub fn irradiance_without(&self, hierarchy: &Hierarchy, is_left_out: &[bool]) -> Vec<Vec3> {
+        let forest = &self.forest;
+        let (damping, strays) = (Damping::none(forest.len()), Strays::none(forest.len()));
+        let receiving = Receiving {
+            damping: &damping,
+            openness: &self.openness,
+            strays: &strays,
+            factor: 1.0,
+            progress: &Silent,
+        };
+        let materials = Materials { hierarchy, forest };
+        let received =
+            |light: &Light| light.iterate(hierarchy, forest, &self.links, &materials, receiving).irradiance;
+        let (part, all) =
+            (received(&self.light.only_of(hierarchy, forest, is_left_out)), received(&self.light));
+        let rest = |element: usize| {
+            let linked = all[element] * self.strays.gain(element as u32);
+            let share = part[element] / linked.max(Vec3::splat(f32::MIN_POSITIVE));
+            self.light.irradiance[element] * (Vec3::ONE - share).clamp(Vec3::ZERO, Vec3::ONE)
+        };
+        (0..forest.len())
+            .into_par_iter()
+            .with_min_len(4096)
+            .map(|element| if forest.second[element] == 0 { rest(element) } else { Vec3::ZERO })
+            .collect()
+    }
+
+    /// How much surface each side lights: area times the share it has in the light there, summed over all that it lights
+    /// by itself, not as a part of a cluster. In walls: 1 is as much surface as a wall of the rooms has.
+    pub fn walls_lit(&self, hierarchy: &Hierarchy, tracer: &dyn Tracer) -> Vec<f64> {
+        let forest = &self.forest;
+        let clusters = hierarchy.nodes.len() as u32;
+        let wall_area = rooms(hierarchy, forest, &self.light, tracer).wall_area;
+        let lit: Vec<f32> = self
+            .links
+            .links
+            .par_iter()
+            .with_min_len(4096)
+            .map(|link| {
+                let (irradiance, area) = match link.receiver.checked_sub(clusters) {
+                    Some(element) => {
+                        let element = element as usize;
+                        (self.light.irradiance[element].max_element(), forest.area[element])
+                    }
+                    None => {
+                        let node = link.receiver as usize;
+                        (self.light.lit[node], hierarchy.nodes[node].area * hierarchy.sides() as f32)
+                    }
+                };
+                if link.source < clusters || irradiance <= 0.0 {
+                    return 0.0;
+                }
+                let carried = self.light.carried(hierarchy, forest, link).max_element();
+                (carried / irradiance).min(1.0) * area
+            })
+            .collect();
+        let mut walls = vec![0.0; forest.side_count()];
+        for (link, lit) in self.links.links.iter().zip(lit).filter(|(_, lit)| *lit > 0.0) {
+            walls[forest.side_of(link.source - clusters)] += f64::from(lit) / wall_area;
+        }
+        walls
+    }
+}
