@@ -19,7 +19,7 @@ use crate::report::trace::{self, Stage};
 use crate::report::{html, json, memory, plot};
 use crate::scene::Camera;
 use crate::tracer::Tracer;
-use crate::visibility::Strategy;
+use crate::visibility::{Detail, StepTimes, Strategy};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -68,11 +68,13 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
             let phases_before = timeline.phases().len();
             let solution = bench.solve(tracer, settings, timed);
             stages.push(Stage { name: named(tracer, settings), start: begun, end: timeline.now() });
+            let (phases, ended) = (&timeline.phases()[phases_before..], timeline.now());
+            let detail = solution.counters.detail.as_deref().cloned().unwrap_or_default();
+            timed.steps += &detail.steps;
+            timed.details.push(bench.detail(&detail, &solution, phases, ended - begun));
             // What does not depend on the clock is the same every time.
             if repeat == 0 {
-                let (phases, ended) = (&timeline.phases()[phases_before..], timeline.now());
-                let detail = bench.detail(&solution, phases, ended - begun);
-                runs.push(ProfiledRun { detail, ..bench.judge(tracer, settings, &solution) });
+                runs.push(bench.judge(tracer, settings, &solution));
                 stages.push(Stage { name: "errors".to_owned(), start: ended, end: timeline.now() });
             }
             progress.advance(1);
@@ -83,6 +85,7 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
         run.visibility_seconds = Spread::of(timed.visibility);
         run.total_seconds = Spread::of(timed.total);
         run.peak_rss_bytes = timed.peak_rss_bytes;
+        run.detail = RunDetail::of_repeats(timed.details, &timed.steps).unwrap_or_default();
     }
     let is_yardstick = |run: &ProfiledRun| run.strategy == "sampled" && run.rays == YARDSTICK_RAYS;
     let found = Profile {
@@ -141,6 +144,8 @@ struct Timed {
     visibility: Vec<f64>,
     total: Vec<f64>,
     peak_rss_bytes: u64,
+    details: Vec<RunDetail>,
+    steps: StepTimes,
 }
 
 /// What all runs share.
@@ -166,11 +171,9 @@ impl Bench<'_> {
     }
 
     /// Where the work went.
-    fn detail(&self, solution: &Solution, phases: &[Span], total: Duration) -> RunDetail {
+    fn detail(&self, detail: &Detail, solution: &Solution, phases: &[Span], total: Duration) -> RunDetail {
         let radius = self.hierarchy.nodes[0].bounds.radius() * self.hierarchy.frame.scene_units_per_local();
-        let counters = &solution.counters;
-        let detail = counters.detail.as_deref().cloned().unwrap_or_default();
-        RunDetail::new(&detail, &counters.visibility, radius, phases, total)
+        RunDetail::new(detail, &solution.counters.visibility, radius, phases, total)
     }
 
     /// The heat maps of one setting, for the page at `path`. It is solved once more: what they need is not kept while
@@ -203,7 +206,7 @@ impl Bench<'_> {
         shown.into_iter().collect()
     }
 
-    /// All but the times, and where the work went.
+    /// All but the times and where the work went.
     fn judge(&self, tracer: &dyn Tracer, settings: &SolveConfig, solution: &Solution) -> ProfiledRun {
         let (visibility, links) = (&solution.counters.visibility, link_stats(solution));
         let strategy = Strategy::from(settings.strategy);

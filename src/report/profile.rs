@@ -55,7 +55,7 @@ pub struct ProfiledRun {
     pub visibility_error: VisibilityError,
     /// Irradiance against the reference, if there is one.
     pub irradiance_error: Option<Deviation>,
-    /// Where the work went, the first time the run was made.
+    /// Where the work went, in the repeat whose time in visibility is in the middle.
     pub detail: RunDetail,
 }
 

@@ -15,7 +15,8 @@ pub(super) fn seconds(found: &Profile) -> Result<Markup, String> {
     let groups: Vec<Group> = found.runs.iter().map(steps_of).collect();
     let steps = bar_chart("Seconds in visibility tests by step, over all threads", &[], &groups)?;
     Ok(html! {
-        p { "Rays include the candidate filter. The steps of one test in eight are timed and stand for all." }
+        p { "Rays include the candidate filter. The steps of one test in eight are timed, in all repeats, and stand for all; a test "
+            "that another program interrupted cannot change them much." }
         (steps) (phases(found))
     })
 }
