@@ -17,6 +17,7 @@ use clap::builder::{RangedU64ValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use super::errors::exit_codes_help;
+use crate::export::Quality;
 use crate::gather::SAMPLES;
 
 /// Diffuse global illumination by hierarchical radiosity: solves a scene once and renders views of it.
@@ -290,19 +291,23 @@ pub(super) enum QualityArg {
     High,
 }
 
-impl QualityArg {
-    /// As it is typed.
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            QualityArg::Draft => "draft",
-            QualityArg::Normal => "normal",
-            QualityArg::High => "high",
+impl From<QualityArg> for Quality {
+    fn from(typed: QualityArg) -> Quality {
+        match typed {
+            QualityArg::Draft => Quality::Draft,
+            QualityArg::Normal => Quality::Normal,
+            QualityArg::High => Quality::High,
         }
     }
+}
 
-    /// The one with this name.
-    pub(super) fn named(name: &str) -> Option<Self> {
-        Self::value_variants().iter().copied().find(|quality| quality.name() == name)
+impl From<Quality> for QualityArg {
+    fn from(stored: Quality) -> QualityArg {
+        match stored {
+            Quality::Draft => QualityArg::Draft,
+            Quality::Normal => QualityArg::Normal,
+            Quality::High => QualityArg::High,
+        }
     }
 }
 

@@ -1,5 +1,6 @@
 //! `profile`: the same scene with several strategies, tracers and numbers of rays.
 
+use super::args::VisibilityArg;
 use super::config::{ProfileConfig, SolveConfig};
 use super::console;
 use super::errors::CliError;
@@ -14,7 +15,8 @@ use crate::progress::{Both, Progress, Silent, Span, Timeline};
 use crate::radiosity::{self, Record, Solution, SolveOptions, VisibilityError};
 use crate::report::detail::RunDetail;
 use crate::report::html::ShownMap;
-use crate::report::profile::{Profile, ProfiledRun, Spread};
+use crate::report::profile::{NO_TRACER, Profile, ProfiledRun, Spread};
+use crate::report::text::counted;
 use crate::report::trace::{self, Stage};
 use crate::report::{html, json, memory, plot};
 use crate::scene::Camera;
@@ -51,13 +53,16 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
     let tracers = config.tracers.iter().map(|&kind| loaded.tracer(&config.run, kind, &hierarchy));
     let tracers = tracers.collect::<Result<Vec<_>, _>>();
     both.finish();
-    let tracers = tracers?;
+    let tracers = each_once(tracers?);
     let target = target.as_ref();
     let bench = Bench { config, loaded: &loaded, hierarchy: &hierarchy, target, timeline: &timeline };
 
     let kinds: Vec<(&dyn Tracer, &SolveConfig)> = tracers
         .iter()
-        .flat_map(|tracer| config.settings.iter().map(move |settings| (tracer.as_ref(), settings)))
+        .enumerate()
+        .flat_map(|pair| config.settings.iter().map(move |settings| (pair, settings)))
+        .filter(|((index, _), settings)| *index == 0 || asks_tracer(settings))
+        .map(|((_, tracer), settings)| (tracer.as_ref(), settings))
         .collect();
     progress.start("profile", kinds.len() as u64 * u64::from(config.repeats));
     let mut timed: Vec<Timed> = vec![Timed::default(); kinds.len()];
@@ -88,7 +93,19 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
         run.detail = RunDetail::of_repeats(timed.details, &timed.steps).unwrap_or_default();
     }
     let is_yardstick = |run: &ProfiledRun| run.strategy == "sampled" && run.rays == YARDSTICK_RAYS;
+    let mut setup = setup(&config.run, &loaded, &hierarchy);
+    if let Some((points, reference)) = &config.reference {
+        setup.values.extend(setup::reference(points, reference, config.samples));
+    }
+    let (mut maps, camera) = (Vec::new(), loaded.scene.cameras.first());
+    if let (Some(path), Some(&(tracer, settings)), Some(camera)) = (&config.html, kinds.first(), camera) {
+        let camera = within(camera, MAP_PIXELS);
+        setup.values.extend(setup::view(&camera, MAP_SAMPLES));
+        maps = bench.maps(path, tracer, settings, &camera, progress)?;
+    }
     let found = Profile {
+        format: Profile::FORMAT,
+        setup,
         scene: loaded.scene.name.clone(),
         triangles: loaded.scene.counts.triangles_initial,
         threads: rayon::current_num_threads(),
@@ -96,7 +113,6 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
         yardstick: runs.iter().position(is_yardstick).unwrap_or(0),
         runs,
     };
-    console::answer(&found.table())?;
     if let Some(path) = &config.output {
         json::write_json(path, &found)?;
     }
@@ -107,21 +123,38 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
         plot::write_profile(path, &found)?;
     }
     if let Some(path) = &config.html {
-        let mut made_with = setup(&config.run, &loaded, &hierarchy);
-        let mut maps = Vec::new();
-        if let (Some(&(tracer, settings)), Some(camera)) = (kinds.first(), loaded.scene.cameras.first()) {
-            let camera = within(camera, MAP_PIXELS);
-            made_with.values.extend(setup::view(&camera, MAP_SAMPLES));
-            maps = bench.maps(path, tracer, settings, &camera, progress)?;
-        }
-        html::write_profile(path, &found, maps, &made_with)?;
+        html::write_profile(path, &found, maps)?;
     }
+    // Last: whoever reads it may have left.
+    console::answer(&found.table())?;
     Ok(())
+}
+
+/// `auto` may be what another one is, too.
+fn each_once(tracers: Vec<Box<dyn Tracer>>) -> Vec<Box<dyn Tracer>> {
+    let mut kept: Vec<Box<dyn Tracer>> = Vec::new();
+    for tracer in tracers {
+        if !kept.iter().any(|known| known.name() == tracer.name()) {
+            kept.push(tracer);
+        }
+    }
+    kept
+}
+
+/// Whether a tracer decides about visibility; the rays of `all` walk the list of triangles.
+fn asks_tracer(settings: &SolveConfig) -> bool {
+    settings.strategy != VisibilityArg::All
+}
+
+/// What casts the rays of visibility tests.
+fn asked(tracer: &dyn Tracer, settings: &SolveConfig) -> &'static str {
+    if asks_tracer(settings) { tracer.name() } else { NO_TRACER }
 }
 
 /// A run, as the trace calls it.
 fn named(tracer: &dyn Tracer, settings: &SolveConfig) -> String {
-    format!("{}, {}, {} rays", Strategy::from(settings.strategy).name(), tracer.name(), settings.rays)
+    let strategy = Strategy::from(settings.strategy).name();
+    format!("{strategy}, {}, {}", asked(tracer, settings), counted(settings.rays.into(), "ray"))
 }
 
 /// Longer side of a heat map on a page, pixels, and its samples per pixel.
@@ -216,7 +249,7 @@ impl Bench<'_> {
         });
         ProfiledRun {
             strategy: strategy.name().to_owned(),
-            tracer: tracer.name().to_owned(),
+            tracer: asked(tracer, settings).to_owned(),
             rays: settings.rays,
             rays_cast: visibility.rays_cast,
             rays_avoided: visibility.rays_avoided,

@@ -9,6 +9,9 @@ use super::text::aligned;
 use crate::progress::Span;
 use crate::visibility::{Answer, Bin, Detail, Effort, Step, StepTimes, VisibilityCounters};
 
+/// What is in no phase.
+pub(super) const OTHER: &str = "other";
+
 /// One run, told in detail.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct RunDetail {
@@ -191,8 +194,13 @@ impl RunDetail {
                 text += &format!("\n{what}\n{}", bars(bins));
             }
         }
-        let filtered = 100.0 * self.filter_rejects as f64 / (self.filter_calls as f64).max(1.0);
+        let filtered = 100.0 * self.rejected();
         text + &format!("The filter was called {} times and rejected {filtered:.1} %.\n", self.filter_calls)
+    }
+
+    /// Share of the calls of the filter in which it rejected the hit.
+    pub(super) fn rejected(&self) -> f64 {
+        self.filter_rejects as f64 / (self.filter_calls as f64).max(1.0)
     }
 }
 
@@ -213,7 +221,7 @@ fn by_phase(phases: &[Span], total: Duration) -> Vec<Seconds> {
         }
     }
     let known: f64 = sums.iter().map(|sum| sum.seconds).sum();
-    sums.push(Seconds { name: "other", seconds: (total.as_secs_f64() - known).max(0.0) });
+    sums.push(Seconds { name: OTHER, seconds: (total.as_secs_f64() - known).max(0.0) });
     sums
 }
 

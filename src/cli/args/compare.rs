@@ -24,7 +24,7 @@ pub(in crate::cli) struct CompareArgs {
     #[arg(long, value_name = "FILE")]
     pub(in crate::cli) replay_file: Option<PathBuf>,
     /// Instead of all that, trace the rays of such a file one by one and tell everything about them
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["rays", "repeat", "output", "replay_file", "json", "html"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = OF_COMPARING)]
     pub(in crate::cli) replay: Option<PathBuf>,
 
     #[command(flatten)]
@@ -51,3 +51,24 @@ pub(in crate::cli) struct CompareArgs {
     #[arg(short, long, help_heading = "Report")]
     pub(in crate::cli) quiet: bool,
 }
+
+/// What has no say in how rays are traced again; which sides of surfaces there are has.
+const OF_COMPARING: [&str; 17] = [
+    "rays",
+    "repeat",
+    "output",
+    "replay_file",
+    "json",
+    "html",
+    "camera",
+    "width",
+    "height",
+    "samples",
+    "quality",
+    "epsilon",
+    "min_size",
+    "iterations",
+    "certify",
+    "pair_rays",
+    "visibility",
+];

@@ -12,7 +12,8 @@ pub(in crate::cli) struct ProfileArgs {
     /// Scene description (.toml) or a bare mesh (.obj)
     #[arg(value_name = "SCENE")]
     pub(in crate::cli) scene: PathBuf,
-    /// Ways to decide visibility, separated by commas; the first is what the others are measured by
+    /// Ways to decide visibility, separated by commas; the first sets the aim, the errors that the others have to
+    /// reach
     #[arg(
         long,
         value_name = "LIST",
@@ -21,11 +22,11 @@ pub(in crate::cli) struct ProfileArgs {
         default_value = "adaptive,root,sampled"
     )]
     pub(in crate::cli) strategies: Vec<VisibilityArg>,
-    /// What casts the rays, separated by commas
+    /// What casts the rays, separated by commas; `all` asks none of them, and is made once
     #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',', default_value = "auto")]
     pub(in crate::cli) tracers: Vec<TracerArg>,
-    /// Visibility rays for a pair of nodes, 1 to 1024 each, separated by commas; the first is what the
-    /// others are measured by [default: by --quality]
+    /// Visibility rays for a pair of nodes, 1 to 1024 each, separated by commas; the aim has the first of them
+    /// [default: by --quality]
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = whole(1, 1024), allow_negative_numbers = true)]
     pub(in crate::cli) rays: Vec<u32>,
     /// Times each run is made, 1 to 100, in turns; times are medians
@@ -41,7 +42,7 @@ pub(in crate::cli) struct ProfileArgs {
     #[arg(long, value_name = "N", default_value_t = SAMPLES, value_parser = whole(16, 1 << 20), allow_negative_numbers = true)]
     pub(in crate::cli) samples: u32,
     /// Record to write as JSON
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, visible_alias = "json", value_name = "FILE")]
     pub(in crate::cli) output: Option<PathBuf>,
     /// Plot of error over time to write as SVG
     #[arg(long, value_name = "FILE")]

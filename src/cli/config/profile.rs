@@ -41,9 +41,9 @@ impl ProfileConfig {
             return usage("--certify needs proofs, and the strategy sampled makes none");
         }
         let preset = Preset::of(typed.exactness.quality);
-        let rays = if typed.rays.is_empty() { vec![preset.rays] } else { typed.rays };
-        let settings: Vec<SolveConfig> = typed
-            .strategies
+        let rays = if typed.rays.is_empty() { vec![preset.rays] } else { each_once(typed.rays) };
+        let tracers = each_once(typed.tracers);
+        let settings: Vec<SolveConfig> = each_once(typed.strategies)
             .iter()
             .flat_map(|&strategy| rays.iter().map(move |&rays| (strategy, rays)))
             .map(|(strategy, rays)| SolveConfig {
@@ -53,7 +53,7 @@ impl ProfileConfig {
             .collect();
         let Some(first) = settings.first().cloned() else { return usage("--strategies is empty") };
         // Embree is looked for as the most demanding of the tracers wants it.
-        let demanding = [TracerArg::Embree, TracerArg::Auto].into_iter().find(|t| typed.tracers.contains(t));
+        let demanding = [TracerArg::Embree, TracerArg::Auto].into_iter().find(|t| tracers.contains(t));
         let run = RunConfig {
             scene: typed.scene,
             outputs: outputs.into_iter().flatten().cloned().collect(),
@@ -66,7 +66,7 @@ impl ProfileConfig {
         };
         Ok(Self {
             run,
-            tracers: typed.tracers,
+            tracers,
             settings,
             repeats: typed.repeat,
             reference: typed.points.zip(typed.reference),
@@ -77,4 +77,15 @@ impl ProfileConfig {
             html: typed.html,
         })
     }
+}
+
+/// What is named again is the same: the first counts.
+fn each_once<T: PartialEq>(typed: Vec<T>) -> Vec<T> {
+    let mut kept = Vec::with_capacity(typed.len());
+    for one in typed {
+        if !kept.contains(&one) {
+            kept.push(one);
+        }
+    }
+    kept
 }
