@@ -1,5 +1,6 @@
 //! Plots as SVG.
 
+use std::cell::Cell;
 use std::path::Path;
 
 use plotters::coord::Shift;
@@ -160,14 +161,15 @@ impl Plot<'_> {
             .y_label_area_size(64)
             .build_cartesian_2d(self.range(|p| p.0).log_scale(), self.range(|p| p.1).log_scale())
             .map_err(failed)?;
+        let marks = [Marks::default(), Marks::default()];
         chart
             .configure_mesh()
             .x_desc(self.x)
             .y_desc(self.y)
             .x_labels(MOST_MARKS)
             .y_labels(MOST_MARKS)
-            .x_label_formatter(&|x| mark(*x))
-            .y_label_formatter(&|y| mark(*y))
+            .x_label_formatter(&|x| marks[0].next(*x))
+            .y_label_formatter(&|y| marks[1].next(*y))
             .light_line_style(TRANSPARENT)
             .label_style(("sans-serif", 16))
             .draw()
@@ -238,6 +240,17 @@ fn draw_mark(
     area.draw(&Circle::new(point, RADIUS, look.colour().filled()))
 }
 
+/// Labels of the marks of an axis, one after the other: the library asks for powers of ten twice.
+#[derive(Default)]
+struct Marks(Cell<f64>);
+
+impl Marks {
+    fn next(&self, x: f64) -> String {
+        let is_again = (x / self.0.replace(x) - 1.0).abs() < 1e-6;
+        if is_again { String::new() } else { mark(x) }
+    }
+}
+
 /// The label of a mark on an axis: of 1, 2 and 5 and their tenfolds; more would not fit.
 fn mark(x: f64) -> String {
     let leading = x / 10f64.powf(x.abs().max(LEAST).log10().floor());
@@ -282,7 +295,10 @@ mod tests {
             assert!(labels.iter().any(|&x| x <= below), "nothing below {below}: {labels:?}");
             assert!(labels.iter().any(|&x| x > below && x < above), "nothing above {below}: {labels:?}");
         }
-        assert!(labels.iter().filter(|&&x| x == 2.0).count() == 2, "each axis has a mark at 2: {labels:?}");
+        for x in [2.0, 10.0] {
+            let count = labels.iter().filter(|&&label| label == x).count();
+            assert_eq!(count, 2, "each axis has one mark at {x}: {labels:?}");
+        }
     }
 
     #[test]
