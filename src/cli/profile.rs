@@ -222,6 +222,7 @@ impl Bench<'_> {
         let square_meters = self.hierarchy.square_meters_per_unit(self.loaded.scene.meters_per_unit);
         let options = SolveOptions { record: Record::Work, ..solve_options(settings) };
         let solution = radiosity::solve(self.hierarchy, tracer, &options, square_meters, progress);
+        let seen = image::seen(self.hierarchy, tracer, &solution, camera);
         let maps = [
             (Heat::Cost, "cost of visibility by area"),
             (Heat::Links, "links"),
@@ -229,7 +230,7 @@ impl Bench<'_> {
             (Heat::Partial, "share of the light over partial links"),
         ];
         let shown = maps.map(|(heat, name)| {
-            let map = HeatMap::new(self.hierarchy, &solution, square_meters, heat);
+            let map = HeatMap::new(self.hierarchy, &solution, square_meters, heat, &seen);
             let shown = (&map, MAP_SAMPLES);
             let picture = image::render_heat(self.hierarchy, tracer, &solution, camera, shown, progress);
             let png = png_bytes(&picture, None)

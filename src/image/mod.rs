@@ -6,8 +6,10 @@ mod heat;
 mod mesh_view;
 pub mod picture;
 mod render;
+mod seen;
 pub mod tone;
 pub mod write;
 
 pub use heat::{Heat, HeatMap};
 pub use render::{RenderOptions, View, render, render_heat};
+pub use seen::seen;

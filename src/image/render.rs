@@ -157,7 +157,7 @@ impl Shader<'_> {
 }
 
 /// The hit in double precision: on the plane itself, unless the ray only grazes it.
-fn point_on_plane(origin: DVec3, direction: DVec3, t: f64, plane: &crate::math::Plane) -> DVec3 {
+pub(super) fn point_on_plane(origin: DVec3, direction: DVec3, t: f64, plane: &crate::math::Plane) -> DVec3 {
     let facing = plane.normal.dot(direction);
     let exact = -plane.distance(origin) / facing;
     let t = if facing.abs() > 1e-6 && (exact - t).abs() < 1e-3 * t { exact } else { t };

@@ -161,7 +161,11 @@ impl Plot<'_> {
             .y_label_area_size(64)
             .build_cartesian_2d(self.range(|p| p.0).log_scale(), self.range(|p| p.1).log_scale())
             .map_err(failed)?;
-        let marks = [Marks::default(), Marks::default()];
+        let lengths = chart.plotting_area().dim_in_pixel();
+        let marks = [
+            Marks::along(self.range(|p| p.0), lengths.0.into(), 8.0, 0.0),
+            Marks::along(self.range(|p| p.1), lengths.1.into(), 0.0, 16.0),
+        ];
         chart
             .configure_mesh()
             .x_desc(self.x)
@@ -240,14 +244,33 @@ fn draw_mark(
     area.draw(&Circle::new(point, RADIUS, look.colour().filled()))
 }
 
-/// Labels of the marks of an axis, one after the other: the library asks for powers of ten twice.
-#[derive(Default)]
-struct Marks(Cell<f64>);
+/// Labels of the marks of an axis, in the order in which they stand there; the library asks for powers of ten twice.
+struct Marks {
+    range: std::ops::Range<f64>,
+    /// Length of the axis, and what a letter and a whole label take up along it, pixels.
+    length: f64,
+    letter: f64,
+    least: f64,
+    /// The last mark, and where its label ends.
+    last: Cell<(f64, f64)>,
+}
 
 impl Marks {
+    fn along(range: std::ops::Range<f64>, length: f64, letter: f64, least: f64) -> Marks {
+        Marks { range, length, letter, least, last: Cell::new((f64::INFINITY, 0.0)) }
+    }
+
+    /// Nothing where there is no room for it.
     fn next(&self, x: f64) -> String {
-        let is_again = (x / self.0.replace(x) - 1.0).abs() < 1e-6;
-        if is_again { String::new() } else { mark(x) }
+        let (before, end) = self.last.get();
+        let end = if x < before { f64::NEG_INFINITY } else { end };
+        let text = mark(x);
+        let at = self.length * (x / self.range.start).ln() / (self.range.end / self.range.start).ln();
+        let half = 0.5 * (self.letter * text.chars().count() as f64).max(self.least);
+        let has_room = at - half >= end && (x / before - 1.0).abs() > 1e-6;
+        let shown = if has_room { text } else { String::new() };
+        self.last.set((x, if shown.is_empty() { end } else { at + half }));
+        shown
     }
 }
 

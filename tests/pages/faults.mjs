@@ -40,8 +40,8 @@ const SLIDER_FAULTS = [
 
 const LEGEND_FAULTS = [
   {
-    name: "curves in one colour",
-    plant: text => text.replaceAll(/color:var\(--c\d\)/g, "color:var(--c0)"),
+    name: "curves that look alike",
+    plant: text => text.replaceAll(/color:var\(--c\d\)/g, "color:var(--c0)").replaceAll("swatch hollow", "swatch"),
     complaint: "look like another one",
   },
 ];

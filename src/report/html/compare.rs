@@ -232,6 +232,7 @@ fn speed(report: &CompareReport) -> Result<Markup, String> {
     let range = if is_spread { "; the thin line goes from least to most" } else { "" };
     let (legend, mut heads, mut rows) =
         (legend(report), heads_of(report, "spread"), read(report.speed_rows()));
+    heads[3] = "ratio".to_owned();
     if !is_spread {
         heads.truncate(4);
         rows.iter_mut().for_each(|row| row.truncate(4));

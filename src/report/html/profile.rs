@@ -116,8 +116,14 @@ fn about_several(found: &Profile) -> Vec<String> {
         seconds(yardstick),
         percent(error(yardstick))
     )];
-    for (what, best) in [("fastest", least(&seconds)), ("most exact", least(&error))] {
-        words.extend(best.map(|run| match std::ptr::eq(run, yardstick) {
+    let mut best = vec![("fastest", least(&seconds)), ("most exact", least(&error))];
+    if let [(_, Some(fast)), (_, Some(exact))] = best[..]
+        && std::ptr::eq(fast, exact)
+    {
+        best = vec![("fastest and the most exact", Some(fast))];
+    }
+    for (what, run) in best {
+        words.extend(run.map(|run| match std::ptr::eq(run, yardstick) {
             true => format!("The {what} is the yardstick itself."),
             false => format!(
                 "The {what} is {}: {:.3} s in visibility, {:.2} of the time of the yardstick, with an error of {}.",
