@@ -394,7 +394,7 @@ mod tests {
             SolutionFile::read_from(Path::new("room.lsol"), io::Cursor::new(bytes), length)
         };
         assert!(head("draft").is_ok());
-        let error = head("ultra").err().expect("an unknown quality").to_string();
+        let error = head("ultra").expect_err("an unknown quality").to_string();
         assert!(error.starts_with("room.lsol: ") && error.contains("`ultra`"), "{error}");
     }
 }
