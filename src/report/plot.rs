@@ -186,6 +186,8 @@ impl Plot<'_> {
         let curves: Vec<Vec<(i32, i32)>> = self.curves.iter().map(in_pixels).collect();
         for (curve, points) in self.curves.iter().zip(&curves) {
             draw_line(&area, curve.look, points).map_err(failed)?;
+        }
+        for (curve, points) in self.curves.iter().zip(&curves) {
             for &point in points {
                 draw_mark(&area, curve.look, point).map_err(failed)?;
             }
