@@ -1,8 +1,14 @@
 //! The arguments as typed. Every number is checked for its range here; what depends on several of
 //! them, or on files, in [`super::config`].
 
+mod compare;
+mod convergence;
+mod profile;
 mod stored;
 
+pub(super) use compare::CompareArgs;
+pub(super) use convergence::ConvergenceArgs;
+pub(super) use profile::ProfileArgs;
 pub(super) use stored::{SolveArgs, StoredArgs};
 
 use std::path::PathBuf;
@@ -11,6 +17,7 @@ use clap::builder::{RangedU64ValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use super::errors::exit_codes_help;
+use crate::export::Quality;
 use crate::gather::SAMPLES;
 
 /// Diffuse global illumination by hierarchical radiosity: solves a scene once and renders views of it.
@@ -145,94 +152,6 @@ pub(super) struct ProbeArgs {
 }
 
 #[derive(Debug, Args)]
-pub(super) struct ConvergenceArgs {
-    /// Scene description (.toml) or a bare mesh (.obj)
-    #[arg(value_name = "SCENE")]
-    pub(super) scene: PathBuf,
-    /// Points to compare at: a text file as for `probe`
-    #[arg(long, value_name = "FILE")]
-    pub(super) points: PathBuf,
-    /// Reference values at these points, a CSV as for `probe`
-    #[arg(long, value_name = "FILE")]
-    pub(super) reference: PathBuf,
-    /// How many settings, 2 to 20: from half a step coarser than draft to --quality, in even steps
-    #[arg(long, value_name = "N", default_value_t = 6, value_parser = whole(2, 20), allow_negative_numbers = true)]
-    pub(super) settings: u32,
-    /// Record to write as JSON
-    #[arg(short, long, value_name = "FILE")]
-    pub(super) output: Option<PathBuf>,
-    /// Plot to write as SVG
-    #[arg(long, value_name = "FILE")]
-    pub(super) plot: Option<PathBuf>,
-    /// Rays for a point, 16 to 1048576: so many to the emitters, and so many to everything else
-    #[arg(long, value_name = "N", default_value_t = SAMPLES, value_parser = whole(16, 1 << 20), allow_negative_numbers = true)]
-    pub(super) samples: u32,
-
-    #[command(flatten)]
-    pub(super) solution: SolutionArgs,
-    #[command(flatten)]
-    pub(super) machine: MachineArgs,
-    /// Print nothing but the table and errors
-    #[arg(short, long, help_heading = "Report")]
-    pub(super) quiet: bool,
-}
-
-#[derive(Debug, Args)]
-pub(super) struct ProfileArgs {
-    /// Scene description (.toml) or a bare mesh (.obj)
-    #[arg(value_name = "SCENE")]
-    pub(super) scene: PathBuf,
-    /// Ways to decide visibility, separated by commas; the first is what the others are measured by
-    #[arg(
-        long,
-        value_name = "LIST",
-        value_enum,
-        value_delimiter = ',',
-        default_value = "adaptive,root,sampled"
-    )]
-    pub(super) strategies: Vec<VisibilityArg>,
-    /// What casts the rays, separated by commas
-    #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',', default_value = "auto")]
-    pub(super) tracers: Vec<TracerArg>,
-    /// Visibility rays for a pair of nodes, 1 to 1024 each, separated by commas; the first is what the
-    /// others are measured by [default: by --quality]
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = whole(1, 1024), allow_negative_numbers = true)]
-    pub(super) rays: Vec<u32>,
-    /// Times each run is made, 1 to 100, in turns; times are medians
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = whole(1, 100), allow_negative_numbers = true)]
-    pub(super) repeat: u32,
-    /// Points to compare irradiance at: a text file as for `probe`
-    #[arg(long, value_name = "FILE", requires = "reference")]
-    pub(super) points: Option<PathBuf>,
-    /// Reference values at these points, a CSV as for `probe`
-    #[arg(long, value_name = "FILE", requires = "points")]
-    pub(super) reference: Option<PathBuf>,
-    /// Rays for a point, 16 to 1048576: so many to the emitters, and so many to everything else
-    #[arg(long, value_name = "N", default_value_t = SAMPLES, value_parser = whole(16, 1 << 20), allow_negative_numbers = true)]
-    pub(super) samples: u32,
-    /// Record to write as JSON
-    #[arg(short, long, value_name = "FILE")]
-    pub(super) output: Option<PathBuf>,
-    /// Plot of error over time to write as SVG
-    #[arg(long, value_name = "FILE")]
-    pub(super) plot: Option<PathBuf>,
-    /// Trace to write: phases and what each thread did when, as JSON for chrome://tracing or ui.perfetto.dev
-    #[arg(long, value_name = "FILE")]
-    pub(super) trace: Option<PathBuf>,
-    /// Page to write as HTML, one file: words, plots and tables
-    #[arg(long, value_name = "FILE")]
-    pub(super) html: Option<PathBuf>,
-
-    #[command(flatten)]
-    pub(super) exactness: ExactnessArgs,
-    #[command(flatten)]
-    pub(super) machine: LibraryArgs,
-    /// Print nothing but the table and errors
-    #[arg(short, long, help_heading = "Report")]
-    pub(super) quiet: bool,
-}
-
-#[derive(Debug, Args)]
 pub(super) struct CheckArgs {
     /// Scene description (.toml) or a bare mesh (.obj)
     #[arg(value_name = "SCENE")]
@@ -248,52 +167,6 @@ pub(super) struct CheckArgs {
     /// Write the findings as JSON
     #[arg(long, value_name = "FILE", help_heading = "Report")]
     pub(super) json: Option<PathBuf>,
-    /// Print nothing but errors
-    #[arg(short, long, help_heading = "Report")]
-    pub(super) quiet: bool,
-}
-
-#[derive(Debug, Args)]
-pub(super) struct CompareArgs {
-    /// Scene description (.toml) or a bare mesh (.obj)
-    #[arg(value_name = "SCENE")]
-    pub(super) scene: PathBuf,
-    /// Random rays and rays that are hard to decide, 0 to 100000000, besides those of the solutions
-    #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = whole(0, 100_000_000), allow_negative_numbers = true)]
-    pub(super) rays: u32,
-    /// Times the rays are timed, 1 to 100, in turns; figures are medians
-    #[arg(long, value_name = "N", default_value_t = 9, value_parser = whole(1, 100), allow_negative_numbers = true)]
-    pub(super) repeat: u32,
-    /// Folder for native.png, fallback.png and difference.png (16 times as bright); made when missing
-    #[arg(short, long, value_name = "DIR")]
-    pub(super) output: Option<PathBuf>,
-    /// Write the worst rays, to be traced again with --replay
-    #[arg(long, value_name = "FILE")]
-    pub(super) replay_file: Option<PathBuf>,
-    /// Instead of all that, trace the rays of such a file one by one and tell everything about them
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["rays", "repeat", "output", "replay_file", "json", "html"])]
-    pub(super) replay: Option<PathBuf>,
-
-    #[command(flatten)]
-    pub(super) picture: PictureArgs,
-
-    #[command(flatten)]
-    pub(super) exactness: ExactnessArgs,
-    /// Visibility rays for a pair of nodes, 1 to 1024: what other commands call --rays [default: by --quality]
-    #[arg(long, value_name = "N", help_heading = "Solution", value_parser = whole(1, 1024), allow_negative_numbers = true)]
-    pub(super) pair_rays: Option<u32>,
-    /// How visibility between two nodes is decided
-    #[arg(long, value_name = "STRATEGY", help_heading = "Solution", value_enum, default_value_t = VisibilityArg::Adaptive)]
-    pub(super) visibility: VisibilityArg,
-    #[command(flatten)]
-    pub(super) machine: LibraryArgs,
-
-    /// Write what was found as JSON
-    #[arg(long, value_name = "FILE", help_heading = "Report")]
-    pub(super) json: Option<PathBuf>,
-    /// Write what was found as a page, one HTML file: words, pictures, plots and tables
-    #[arg(long, value_name = "FILE", help_heading = "Report")]
-    pub(super) html: Option<PathBuf>,
     /// Print nothing but errors
     #[arg(short, long, help_heading = "Report")]
     pub(super) quiet: bool,
@@ -432,19 +305,23 @@ pub(super) enum QualityArg {
     High,
 }
 
-impl QualityArg {
-    /// As it is typed.
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            QualityArg::Draft => "draft",
-            QualityArg::Normal => "normal",
-            QualityArg::High => "high",
+impl From<QualityArg> for Quality {
+    fn from(typed: QualityArg) -> Quality {
+        match typed {
+            QualityArg::Draft => Quality::Draft,
+            QualityArg::Normal => Quality::Normal,
+            QualityArg::High => Quality::High,
         }
     }
+}
 
-    /// The one with this name.
-    pub(super) fn named(name: &str) -> Option<Self> {
-        Self::value_variants().iter().copied().find(|quality| quality.name() == name)
+impl From<Quality> for QualityArg {
+    fn from(stored: Quality) -> QualityArg {
+        match stored {
+            Quality::Draft => QualityArg::Draft,
+            Quality::Normal => QualityArg::Normal,
+            Quality::High => QualityArg::High,
+        }
     }
 }
 

@@ -6,6 +6,7 @@ use super::console;
 use super::errors::CliError;
 use super::solved::{Loaded, Solved, in_pool};
 use crate::check::{Limits, Verdict, check};
+use crate::export::Quality;
 use crate::image::write::check_destination;
 use crate::progress::Progress;
 use crate::report::check::CheckReport;
@@ -32,7 +33,7 @@ fn run_in_pool(config: &CheckConfig, progress: &dyn Progress) -> Result<(), CliE
     let found = check(&hierarchy, tracer.as_ref(), &solution, &limits, progress);
     let report = CheckReport {
         scene: &scene.name,
-        quality: quality.name(),
+        quality: Quality::from(quality).name(),
         tracer: tracer.name(),
         passed: found.passed(),
         check: &found,

@@ -10,8 +10,8 @@ use super::errors::CliError;
 use super::setup::{self, setup};
 use super::solved::{Loaded, in_pool, solve_options};
 use crate::compare::{
-    Ask, CompareOptions, Comparison, Disagreement, Question, Referee, ReplayError, Standing, compare,
-    difference_picture, distance_to_change, read_replay, write_replay,
+    Ask, CompareOptions, Comparison, Disagreement, Question, Referee, ReplayError, ReplayFile, Standing,
+    compare, difference_picture, distance_to_change, write_replay,
 };
 use crate::hierarchy::Hierarchy;
 use crate::image::picture::Picture;
@@ -20,8 +20,10 @@ use crate::image::write::{OutputError, check_destination, png_bytes, write_pictu
 use crate::image::{RenderOptions, View};
 use crate::progress::Progress;
 use crate::report::compare::{CompareReport, DescribedDisagreement, ReplayedRay};
-use crate::report::html::{Setup, Shown, write_compare};
+use crate::report::html::{Shown, write_compare};
 use crate::report::json::write_json;
+use crate::report::setup::Setting;
+use crate::report::text::{counted, times};
 use crate::tracer::Tracer;
 
 /// How much brighter the picture of the difference is.
@@ -59,7 +61,8 @@ fn check_folder(Pictures { folder, files }: &Pictures) -> Result<(), CliError> {
 fn run_in_pool(config: &CompareConfig, progress: &dyn Progress) -> Result<(), CliError> {
     let loaded = Loaded::load(&config.run, progress)?;
     let camera = choose_camera(&loaded.scene, &config.view)?;
-    let (hierarchy, tracers) = built(config, &loaded, progress)?;
+    let hierarchy = Hierarchy::build(&loaded.scene, config.run.solve.one_sided, progress);
+    let tracers = both(config, &loaded, &hierarchy, progress)?;
     let options = CompareOptions {
         solve: solve_options(&config.run.solve),
         rays: config.rays as usize,
@@ -72,16 +75,16 @@ fn run_in_pool(config: &CompareConfig, progress: &dyn Progress) -> Result<(), Cl
     let (found, pictures) = compare(&hierarchy, tracers, &options, progress);
     let names = tracers.map(|tracer| tracer.name());
     let threads = rayon::current_num_threads();
+    let mut setup = setup(&config.run, &loaded, &hierarchy);
+    setup.values.extend(setup::visibility(&config.run));
+    setup.values.extend(setup::view(&options.camera, options.render.samples));
+    setup.values.push(Setting::new("rays made by rule", config.rays.to_string()));
+    setup.values.push(Setting::new("rays timed", times(config.repeats)));
     let report = CompareReport::new(&loaded.scene.name, names, threads, &hierarchy, &found);
-    let mut made_with = setup(&config.run, &loaded, &hierarchy);
-    made_with.values.extend(setup::visibility(&config.run));
-    made_with.values.extend(setup::view(&options.camera, options.render.samples));
-    made_with.values.push(("rays made by rule", config.rays.to_string()));
-    made_with.values.push(("rays timed", format!("{} times", config.repeats)));
-    answer(config, &hierarchy, &found, &report, &pictures, &made_with)
+    answer(config, &hierarchy, &found, &CompareReport { setup, ..report }, &pictures)
 }
 
-/// Prints and writes what was found, whatever it is.
+/// Writes and prints what was found, whatever it is.
 ///
 /// # Errors
 /// When something cannot be written; when the tracers disagree, after all is written.
@@ -91,11 +94,7 @@ fn answer(
     found: &Comparison,
     report: &CompareReport,
     pictures: &[Picture; 2],
-    made_with: &Setup,
 ) -> Result<(), CliError> {
-    if !config.run.quiet {
-        console::answer(&report.text())?;
-    }
     if let Some(path) = &config.json {
         write_json(path, report)?;
     }
@@ -108,7 +107,11 @@ fn answer(
         write_pictures(places, pictures)?;
     }
     if let Some(path) = &config.html {
-        write_compare(path, report, shown(path, pictures)?, made_with)?;
+        write_compare(path, report, shown(path, pictures)?)?;
+    }
+    // Last: whoever reads it may have left.
+    if !config.run.quiet {
+        console::answer(&report.text())?;
     }
     verdict(report)
 }
@@ -121,18 +124,18 @@ fn verdict(report: &CompareReport) -> Result<(), CliError> {
     }
 }
 
-/// The hierarchy with Embree and the fallback over it.
-fn built(
+/// Embree and the fallback over the mesh.
+fn both(
     config: &CompareConfig,
     loaded: &Loaded,
+    hierarchy: &Hierarchy,
     progress: &dyn Progress,
-) -> Result<(Hierarchy, [Box<dyn Tracer>; 2]), CliError> {
-    let hierarchy = Hierarchy::build(&loaded.scene, config.run.solve.one_sided, progress);
+) -> Result<[Box<dyn Tracer>; 2], CliError> {
     progress.start("build", 0);
-    let tracer = |kind| loaded.tracer(&config.run, kind, &hierarchy);
+    let tracer = |kind| loaded.tracer(&config.run, kind, hierarchy);
     let tracers = tracer(TracerArg::Embree).and_then(|native| Ok([native, tracer(TracerArg::Fallback)?]));
     progress.finish();
-    Ok((hierarchy, tracers?))
+    tracers
 }
 
 /// Both pictures and their difference, for the page at `path`.
@@ -162,12 +165,16 @@ fn write_pictures(places: &Pictures, [native, other]: &[Picture; 2]) -> Result<(
 
 /// Traces the rays of a file one by one and tells everything about them.
 fn replay(config: &CompareConfig, file: &Path, progress: &dyn Progress) -> Result<(), CliError> {
+    // Looked at before the scene, which may take long to load.
+    let recorded = ReplayFile::open(file).map_err(replay_failure)?;
     let loaded = Loaded::load(&config.run, progress)?;
-    let (hierarchy, tracers) = built(config, &loaded, progress)?;
-    let rays = read_replay(file, &hierarchy.mesh).map_err(replay_failure)?;
+    let hierarchy = Hierarchy::build(&loaded.scene, config.run.solve.one_sided, progress);
+    let rays = recorded.rays(&hierarchy.mesh).map_err(replay_failure)?;
+    let tracers = both(config, &loaded, &hierarchy, progress)?;
     let tracers = tracers.each_ref().map(AsRef::as_ref);
     let (referee, names) = (Referee::new(&hierarchy.mesh), tracers.map(|tracer| tracer.name()));
-    let mut text = format!("{}: {} rays of {}\n", loaded.scene.name, rays.len(), file.display());
+    let count = counted(rays.len() as u64, "ray");
+    let mut text = format!("{}: {count} of {}\n", loaded.scene.name, file.display());
     let mut wrong = 0;
     for (number, ray) in (1..).zip(rays) {
         let replayed = match ray.question {
@@ -182,15 +189,20 @@ fn replay(config: &CompareConfig, file: &Path, progress: &dyn Progress) -> Resul
                 replayed(&referee, tracers, ray.kind, asked, first.map(to_change).into_iter().collect())
             }
         };
-        wrong += u32::from(replayed.in_packet.severity().0 == Standing::Wrong);
+        wrong += u64::from(replayed.in_packet.severity().0 == Standing::Wrong);
         text += &format!("\n{number}. {}", replayed.text(&hierarchy, names));
     }
     if !config.run.quiet {
         console::answer(&text)?;
     }
+    let is = if wrong == 1 { "is" } else { "are" };
     match wrong {
         0 => Ok(()),
-        _ => Err(CliError::TracersDisagree(format!("{}: {wrong} rays are wrong", file.display()))),
+        _ => Err(CliError::TracersDisagree(format!(
+            "{}: {} {is} wrong",
+            file.display(),
+            counted(wrong, "ray")
+        ))),
     }
 }
 
@@ -213,7 +225,8 @@ fn replay_failure(error: ReplayError) -> CliError {
     let message = error.to_string();
     match error {
         ReplayError::Unreadable { .. } => CliError::Unreadable(message),
-        ReplayError::Malformed { .. }
+        ReplayError::TooLarge { .. }
+        | ReplayError::Malformed { .. }
         | ReplayError::OtherVersion { .. }
         | ReplayError::OtherGeometry { .. } => CliError::Malformed(message),
     }
@@ -319,7 +332,7 @@ mod tests {
         let faulty = fault(&tracer);
         let (found, pictures) = compare(&hierarchy, [&tracer, faulty.as_ref()], &options, &Silent);
         let report = CompareReport::new(&scene.name, ["fallback", faulty.name()], 1, &hierarchy, &found);
-        let answered = answer(config, &hierarchy, &found, &report, &pictures, &Setup::default());
+        let answered = answer(config, &hierarchy, &found, &report, &pictures);
         (answered, report)
     }
 

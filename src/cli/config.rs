@@ -1,16 +1,20 @@
 //! The checked configuration of a verb: every option has its value, and the options fit each other.
 
 mod compare;
+mod convergence;
 mod keep;
+mod profile;
 
 pub(super) use compare::{CompareConfig, Pictures};
+pub(super) use convergence::ConvergenceConfig;
 pub(super) use keep::KeepConfig;
+pub(super) use profile::ProfileConfig;
 
 use std::path::{Path, PathBuf};
 
 use super::args::{
-    CheckArgs, ConvergenceArgs, ExactnessArgs, MachineArgs, PictureArgs, ProbeArgs, ProfileArgs, QualityArg,
-    RenderArgs, SolutionArgs, TracerArg, ViewArg, VisibilityArg,
+    CheckArgs, ExactnessArgs, MachineArgs, PictureArgs, ProbeArgs, QualityArg, RenderArgs, SolutionArgs,
+    TracerArg, ViewArg, VisibilityArg,
 };
 use super::errors::CliError;
 use crate::image::tone::Exposure;
@@ -67,37 +71,6 @@ pub(super) enum Places {
     File(PathBuf),
     /// A grid with this spacing, over a rectangle with this name or at this height.
     Grid(String, Option<f64>),
-}
-
-/// Everything a convergence run needs to know.
-#[derive(Clone, Debug)]
-pub(super) struct ConvergenceConfig {
-    /// With the last of the settings.
-    pub(super) run: RunConfig,
-    /// From coarse to fine.
-    pub(super) settings: Vec<SolveConfig>,
-    pub(super) points: PathBuf,
-    pub(super) reference: PathBuf,
-    pub(super) samples: u32,
-    pub(super) output: Option<PathBuf>,
-    pub(super) plot: Option<PathBuf>,
-}
-
-/// Everything a profile needs to know.
-#[derive(Clone, Debug)]
-pub(super) struct ProfileConfig {
-    /// With the first of the settings.
-    pub(super) run: RunConfig,
-    pub(super) tracers: Vec<TracerArg>,
-    pub(super) settings: Vec<SolveConfig>,
-    pub(super) repeats: u32,
-    /// Points, and the reference there.
-    pub(super) reference: Option<(PathBuf, PathBuf)>,
-    pub(super) samples: u32,
-    pub(super) output: Option<PathBuf>,
-    pub(super) plot: Option<PathBuf>,
-    pub(super) trace: Option<PathBuf>,
-    pub(super) html: Option<PathBuf>,
 }
 
 /// Everything a check needs to know.
@@ -359,98 +332,6 @@ impl ProbeConfig {
         })
     }
 }
-
-impl ConvergenceConfig {
-    /// Makes the settings and checks what depends on several options.
-    ///
-    /// # Errors
-    /// [`CliError::Usage`] when options contradict each other. No file is touched.
-    pub(super) fn check(typed: ConvergenceArgs) -> Result<Self, CliError> {
-        check_extension("--output", typed.output.as_deref(), "json")?;
-        check_extension("--plot", typed.plot.as_deref(), "svg")?;
-        let outputs = [typed.output.as_ref(), typed.plot.as_ref()];
-        let inputs = [Some(&typed.scene), Some(&typed.points), Some(&typed.reference)];
-        check_distinct(&[&inputs[..], &outputs[..]].concat())?;
-        let last = match typed.solution.exactness.quality {
-            QualityArg::Draft => 0.0,
-            QualityArg::Normal => 1.0,
-            QualityArg::High => 2.0,
-        };
-        let step = (last - COARSEST) / f64::from(typed.settings - 1);
-        let settings = (0..typed.settings)
-            .map(|i| SolveConfig::of(&typed.solution, &Preset::at(COARSEST + f64::from(i) * step)))
-            .collect();
-        let outputs = outputs.into_iter().flatten().cloned().collect();
-        let run = RunConfig::check(typed.scene, outputs, typed.solution, typed.machine, typed.quiet)?;
-        Ok(Self {
-            run,
-            settings,
-            points: typed.points,
-            reference: typed.reference,
-            samples: typed.samples,
-            output: typed.output,
-            plot: typed.plot,
-        })
-    }
-}
-
-impl ProfileConfig {
-    /// Makes the settings and checks what depends on several options.
-    ///
-    /// # Errors
-    /// [`CliError::Usage`] when options contradict each other. No file is touched.
-    pub(super) fn check(typed: ProfileArgs) -> Result<Self, CliError> {
-        check_extension("--output", typed.output.as_deref(), "json")?;
-        check_extension("--plot", typed.plot.as_deref(), "svg")?;
-        check_extension("--trace", typed.trace.as_deref(), "json")?;
-        check_extension("--html", typed.html.as_deref(), "html")?;
-        let outputs = [&typed.output, &typed.plot, &typed.trace, &typed.html].map(Option::as_ref);
-        let inputs = [Some(&typed.scene), typed.points.as_ref(), typed.reference.as_ref()];
-        check_distinct(&[&inputs[..], &outputs[..]].concat())?;
-        if typed.exactness.certify && typed.strategies.contains(&VisibilityArg::Sampled) {
-            return usage("--certify needs proofs, and the strategy sampled makes none");
-        }
-        let preset = Preset::of(typed.exactness.quality);
-        let rays = if typed.rays.is_empty() { vec![preset.rays] } else { typed.rays };
-        let settings: Vec<SolveConfig> = typed
-            .strategies
-            .iter()
-            .flat_map(|&strategy| rays.iter().map(move |&rays| (strategy, rays)))
-            .map(|(strategy, rays)| SolveConfig {
-                record: Record::Steps,
-                ..SolveConfig::with(&typed.exactness, &preset, Some(rays), strategy)
-            })
-            .collect();
-        let Some(first) = settings.first().cloned() else { return usage("--strategies is empty") };
-        // Embree is looked for as the most demanding of the tracers wants it.
-        let demanding = [TracerArg::Embree, TracerArg::Auto].into_iter().find(|t| typed.tracers.contains(t));
-        let run = RunConfig {
-            scene: typed.scene,
-            outputs: outputs.into_iter().flatten().cloned().collect(),
-            solve: first,
-            stored: None,
-            tracer: demanding.unwrap_or(TracerArg::Fallback),
-            embree_lib: typed.machine.embree_lib,
-            threads: typed.machine.threads,
-            quiet: typed.quiet,
-        };
-        Ok(Self {
-            run,
-            tracers: typed.tracers,
-            settings,
-            repeats: typed.repeat,
-            reference: typed.points.zip(typed.reference),
-            samples: typed.samples,
-            output: typed.output,
-            plot: typed.plot,
-            trace: typed.trace,
-            html: typed.html,
-        })
-    }
-}
-
-/// The coarsest setting of a convergence run, on the scale of [`Preset::at`].
-const COARSEST: f64 = -0.5;
 
 impl CheckConfig {
     /// Fills in the defaults and checks what depends on several options.

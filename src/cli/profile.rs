@@ -1,5 +1,6 @@
 //! `profile`: the same scene with several strategies, tracers and numbers of rays.
 
+use super::args::VisibilityArg;
 use super::config::{ProfileConfig, SolveConfig};
 use super::console;
 use super::errors::CliError;
@@ -14,12 +15,13 @@ use crate::progress::{Both, Progress, Silent, Span, Timeline};
 use crate::radiosity::{self, Record, Solution, SolveOptions, VisibilityError};
 use crate::report::detail::RunDetail;
 use crate::report::html::ShownMap;
-use crate::report::profile::{Profile, ProfiledRun, Spread};
+use crate::report::profile::{NO_TRACER, Profile, ProfiledRun, Spread};
+use crate::report::text::counted;
 use crate::report::trace::{self, Stage};
 use crate::report::{html, json, memory, plot};
 use crate::scene::Camera;
 use crate::tracer::Tracer;
-use crate::visibility::Strategy;
+use crate::visibility::{Detail, StepTimes, Strategy};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -51,13 +53,16 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
     let tracers = config.tracers.iter().map(|&kind| loaded.tracer(&config.run, kind, &hierarchy));
     let tracers = tracers.collect::<Result<Vec<_>, _>>();
     both.finish();
-    let tracers = tracers?;
+    let tracers = each_once(tracers?);
     let target = target.as_ref();
     let bench = Bench { config, loaded: &loaded, hierarchy: &hierarchy, target, timeline: &timeline };
 
     let kinds: Vec<(&dyn Tracer, &SolveConfig)> = tracers
         .iter()
-        .flat_map(|tracer| config.settings.iter().map(move |settings| (tracer.as_ref(), settings)))
+        .enumerate()
+        .flat_map(|pair| config.settings.iter().map(move |settings| (pair, settings)))
+        .filter(|((index, _), settings)| *index == 0 || asks_tracer(settings))
+        .map(|((_, tracer), settings)| (tracer.as_ref(), settings))
         .collect();
     progress.start("profile", kinds.len() as u64 * u64::from(config.repeats));
     let mut timed: Vec<Timed> = vec![Timed::default(); kinds.len()];
@@ -68,11 +73,13 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
             let phases_before = timeline.phases().len();
             let solution = bench.solve(tracer, settings, timed);
             stages.push(Stage { name: named(tracer, settings), start: begun, end: timeline.now() });
+            let (phases, ended) = (&timeline.phases()[phases_before..], timeline.now());
+            let detail = solution.counters.detail.as_deref().cloned().unwrap_or_default();
+            timed.steps += &detail.steps;
+            timed.details.push(bench.detail(&detail, &solution, phases, ended - begun));
             // What does not depend on the clock is the same every time.
             if repeat == 0 {
-                let (phases, ended) = (&timeline.phases()[phases_before..], timeline.now());
-                let detail = bench.detail(&solution, phases, ended - begun);
-                runs.push(ProfiledRun { detail, ..bench.judge(tracer, settings, &solution) });
+                runs.push(bench.judge(tracer, settings, &solution));
                 stages.push(Stage { name: "errors".to_owned(), start: ended, end: timeline.now() });
             }
             progress.advance(1);
@@ -83,9 +90,22 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
         run.visibility_seconds = Spread::of(timed.visibility);
         run.total_seconds = Spread::of(timed.total);
         run.peak_rss_bytes = timed.peak_rss_bytes;
+        run.detail = RunDetail::of_repeats(timed.details, &timed.steps).unwrap_or_default();
     }
     let is_yardstick = |run: &ProfiledRun| run.strategy == "sampled" && run.rays == YARDSTICK_RAYS;
+    let mut setup = setup(&config.run, &loaded, &hierarchy);
+    if let Some((points, reference)) = &config.reference {
+        setup.values.extend(setup::reference(points, reference, config.samples));
+    }
+    let (mut maps, camera) = (Vec::new(), loaded.scene.cameras.first());
+    if let (Some(path), Some(&(tracer, settings)), Some(camera)) = (&config.html, kinds.first(), camera) {
+        let camera = within(camera, MAP_PIXELS);
+        setup.values.extend(setup::view(&camera, MAP_SAMPLES));
+        maps = bench.maps(path, tracer, settings, &camera, progress)?;
+    }
     let found = Profile {
+        format: Profile::FORMAT,
+        setup,
         scene: loaded.scene.name.clone(),
         triangles: loaded.scene.counts.triangles_initial,
         threads: rayon::current_num_threads(),
@@ -93,7 +113,6 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
         yardstick: runs.iter().position(is_yardstick).unwrap_or(0),
         runs,
     };
-    console::answer(&found.table())?;
     if let Some(path) = &config.output {
         json::write_json(path, &found)?;
     }
@@ -104,21 +123,38 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
         plot::write_profile(path, &found)?;
     }
     if let Some(path) = &config.html {
-        let mut made_with = setup(&config.run, &loaded, &hierarchy);
-        let mut maps = Vec::new();
-        if let (Some(&(tracer, settings)), Some(camera)) = (kinds.first(), loaded.scene.cameras.first()) {
-            let camera = within(camera, MAP_PIXELS);
-            made_with.values.extend(setup::view(&camera, MAP_SAMPLES));
-            maps = bench.maps(path, tracer, settings, &camera, progress)?;
-        }
-        html::write_profile(path, &found, maps, &made_with)?;
+        html::write_profile(path, &found, maps)?;
     }
+    // Last: whoever reads it may have left.
+    console::answer(&found.table())?;
     Ok(())
+}
+
+/// `auto` may be what another one is, too.
+fn each_once(tracers: Vec<Box<dyn Tracer>>) -> Vec<Box<dyn Tracer>> {
+    let mut kept: Vec<Box<dyn Tracer>> = Vec::new();
+    for tracer in tracers {
+        if !kept.iter().any(|known| known.name() == tracer.name()) {
+            kept.push(tracer);
+        }
+    }
+    kept
+}
+
+/// Whether a tracer decides about visibility; the rays of `all` walk the list of triangles.
+fn asks_tracer(settings: &SolveConfig) -> bool {
+    settings.strategy != VisibilityArg::All
+}
+
+/// What casts the rays of visibility tests.
+fn asked(tracer: &dyn Tracer, settings: &SolveConfig) -> &'static str {
+    if asks_tracer(settings) { tracer.name() } else { NO_TRACER }
 }
 
 /// A run, as the trace calls it.
 fn named(tracer: &dyn Tracer, settings: &SolveConfig) -> String {
-    format!("{}, {}, {} rays", Strategy::from(settings.strategy).name(), tracer.name(), settings.rays)
+    let strategy = Strategy::from(settings.strategy).name();
+    format!("{strategy}, {}, {}", asked(tracer, settings), counted(settings.rays.into(), "ray"))
 }
 
 /// Longer side of a heat map on a page, pixels, and its samples per pixel.
@@ -141,6 +177,8 @@ struct Timed {
     visibility: Vec<f64>,
     total: Vec<f64>,
     peak_rss_bytes: u64,
+    details: Vec<RunDetail>,
+    steps: StepTimes,
 }
 
 /// What all runs share.
@@ -166,11 +204,9 @@ impl Bench<'_> {
     }
 
     /// Where the work went.
-    fn detail(&self, solution: &Solution, phases: &[Span], total: Duration) -> RunDetail {
+    fn detail(&self, detail: &Detail, solution: &Solution, phases: &[Span], total: Duration) -> RunDetail {
         let radius = self.hierarchy.nodes[0].bounds.radius() * self.hierarchy.frame.scene_units_per_local();
-        let counters = &solution.counters;
-        let detail = counters.detail.as_deref().cloned().unwrap_or_default();
-        RunDetail::new(&detail, &counters.visibility, radius, phases, total)
+        RunDetail::new(detail, &solution.counters.visibility, radius, phases, total)
     }
 
     /// The heat maps of one setting, for the page at `path`. It is solved once more: what they need is not kept while
@@ -186,6 +222,7 @@ impl Bench<'_> {
         let square_meters = self.hierarchy.square_meters_per_unit(self.loaded.scene.meters_per_unit);
         let options = SolveOptions { record: Record::Work, ..solve_options(settings) };
         let solution = radiosity::solve(self.hierarchy, tracer, &options, square_meters, progress);
+        let seen = image::seen(self.hierarchy, tracer, &solution, camera);
         let maps = [
             (Heat::Cost, "cost of visibility by area"),
             (Heat::Links, "links"),
@@ -193,7 +230,7 @@ impl Bench<'_> {
             (Heat::Partial, "share of the light over partial links"),
         ];
         let shown = maps.map(|(heat, name)| {
-            let map = HeatMap::new(self.hierarchy, &solution, square_meters, heat);
+            let map = HeatMap::new(self.hierarchy, &solution, square_meters, heat, &seen);
             let shown = (&map, MAP_SAMPLES);
             let picture = image::render_heat(self.hierarchy, tracer, &solution, camera, shown, progress);
             let png = png_bytes(&picture, None)
@@ -203,7 +240,7 @@ impl Bench<'_> {
         shown.into_iter().collect()
     }
 
-    /// All but the times, and where the work went.
+    /// All but the times and where the work went.
     fn judge(&self, tracer: &dyn Tracer, settings: &SolveConfig, solution: &Solution) -> ProfiledRun {
         let (visibility, links) = (&solution.counters.visibility, link_stats(solution));
         let strategy = Strategy::from(settings.strategy);
@@ -213,7 +250,7 @@ impl Bench<'_> {
         });
         ProfiledRun {
             strategy: strategy.name().to_owned(),
-            tracer: tracer.name().to_owned(),
+            tracer: asked(tracer, settings).to_owned(),
             rays: settings.rays,
             rays_cast: visibility.rays_cast,
             rays_avoided: visibility.rays_avoided,

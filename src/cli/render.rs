@@ -46,7 +46,8 @@ fn run_in_pool(config: &RenderConfig, progress: &dyn Progress) -> Result<(), Cli
         }
         LookedAt::Heat(heat) => {
             let square_meters = hierarchy.square_meters_per_unit(scene.meters_per_unit);
-            let map = HeatMap::new(&hierarchy, &solution, square_meters, heat);
+            let seen = image::seen(&hierarchy, tracer.as_ref(), &solution, &camera);
+            let map = HeatMap::new(&hierarchy, &solution, square_meters, heat, &seen);
             let shown = (&map, samples);
             (image::render_heat(&hierarchy, tracer.as_ref(), &solution, &camera, shown, progress), Some(map))
         }

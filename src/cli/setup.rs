@@ -1,52 +1,76 @@
-//! What a run is made with, as its page tells it.
+//! What a run is made with, as its page and its record tell it.
 
 use std::borrow::Cow;
 use std::ffi::OsString;
+use std::path::Path;
 
 use super::config::RunConfig;
 use super::solved::Loaded;
-use crate::hierarchy::Hierarchy;
-use crate::report::html::Setup;
+use crate::export::Quality;
+use crate::hierarchy::{Fingerprint, Hierarchy};
+use crate::report::setup::{Setting, Setup};
 use crate::scene::Camera;
 use crate::visibility::Strategy;
+
+/// Names the library where it is not typed.
+const LIBRARY: &str = "LIGHTSHAFT_EMBREE_LIB";
 
 /// Versions, the scene and the settings, whatever the verb. Files are named as they were typed.
 pub(super) fn setup(config: &RunConfig, loaded: &Loaded, hierarchy: &Hierarchy) -> Setup {
     let solve = &config.solve;
-    let embree = loaded.embree_version().unwrap_or_else(|| "not used".to_owned());
     let min_size = solve.min_size.map_or_else(
         || format!("from the size of the rooms, {} elements across two walls", solve.resolution),
         |size| format!("{size} scene units"),
     );
     let sides = if solve.one_sided { "their front" } else { "both sides" };
-    let values = vec![
-        ("lightshaft", env!("CARGO_PKG_VERSION").to_owned()),
-        ("Embree", embree),
-        ("system", format!("{} on {}", std::env::consts::OS, std::env::consts::ARCH)),
-        ("threads", rayon::current_num_threads().to_string()),
-        ("scene", format!("{}, {}", loaded.scene.name, config.scene.display())),
-        ("geometry", format!("fingerprint {:016x}", hierarchy.mesh.fingerprint())),
-        ("triangles", loaded.scene.counts.triangles_initial.to_string()),
-        ("epsilon", solve.epsilon.to_string()),
-        ("contrast of shadows", solve.contrast.to_string()),
-        ("smallest element", min_size),
-        ("most iterations", solve.iterations.to_string()),
-        ("inherited", if solve.certify { "proofs only" } else { "proofs and samples" }.to_owned()),
-        ("surfaces reflect from", sides.to_owned()),
+    let fingerprint = |of: u64| format!("fingerprint {of:016x}");
+    let materials = Fingerprint::of(hierarchy, loaded.scene.meters_per_unit).materials;
+    let embree = loaded.embree_version();
+    // An option goes before it.
+    let library = std::env::var_os(LIBRARY).filter(|_| embree.is_some() && config.embree_lib.is_none());
+    let library = library.map(|path| Setting::new(LIBRARY, path.to_string_lossy()));
+    let values = [
+        Setting::new("system", format!("{} on {}", std::env::consts::OS, std::env::consts::ARCH)),
+        Setting::new("threads", rayon::current_num_threads().to_string()),
+        Setting::new("scene", format!("{}, {}", loaded.scene.name, config.scene.display())),
+        Setting::new("geometry", fingerprint(hierarchy.mesh.fingerprint())),
+        Setting::new("materials", fingerprint(materials)),
+        Setting::new("triangles", loaded.scene.counts.triangles_initial.to_string()),
+        Setting::new("quality", Quality::from(solve.quality).name()),
+        Setting::new("epsilon", solve.epsilon.to_string()),
+        Setting::new("contrast of shadows", solve.contrast.to_string()),
+        Setting::new("smallest element", min_size),
+        Setting::new("most iterations", solve.iterations.to_string()),
+        Setting::new("inherited", if solve.certify { "proofs only" } else { "proofs and samples" }),
+        Setting::new("surfaces reflect from", sides),
     ];
-    Setup { command: command_line(std::env::args_os()), values }
+    Setup {
+        lightshaft: env!("CARGO_PKG_VERSION").to_owned(),
+        embree,
+        command: command_line(std::env::args_os()),
+        values: library.into_iter().chain(values).collect(),
+    }
 }
 
 /// How visibility is decided, where it is the same for all that is solved.
-pub(super) fn visibility(config: &RunConfig) -> [(&'static str, String); 2] {
+pub(super) fn visibility(config: &RunConfig) -> [Setting; 2] {
     let strategy = Strategy::from(config.solve.strategy).name();
-    [("visibility", strategy.to_owned()), ("rays for a pair", config.solve.rays.to_string())]
+    [Setting::new("visibility", strategy), Setting::new("rays for a pair", config.solve.rays.to_string())]
 }
 
 /// What is seen.
-pub(super) fn view(camera: &Camera, samples: u32) -> [(&'static str, String); 2] {
+pub(super) fn view(camera: &Camera, samples: u32) -> [Setting; 2] {
     let size = format!("{}, {} × {} pixels", camera.name, camera.width, camera.height);
-    [("camera", size), ("samples per pixel", samples.to_string())]
+    [Setting::new("camera", size), Setting::new("samples per pixel", samples.to_string())]
+}
+
+/// Where light is compared with a reference, and with how many rays.
+pub(super) fn reference(points: &Path, reference: &Path, samples: u32) -> [Setting; 3] {
+    [
+        Setting::new("points", points.display().to_string()),
+        Setting::new("reference", reference.display().to_string()),
+        Setting::new("rays for a point", samples.to_string()),
+    ]
 }
 
 /// The command as typed, but for the place of the program.

@@ -137,7 +137,7 @@ impl Loaded {
                 let solution =
                     radiosity::solve(&hierarchy, tracer.as_ref(), &options, square_meters, progress);
                 clock.lap();
-                (solution, quality, Origin::new(&options, quality.name(), tracer.name()))
+                (solution, quality, Origin::new(&options, quality.into(), tracer.name()))
             }
         };
         if !config.quiet {
@@ -159,8 +159,7 @@ fn read_solution(
     progress: &dyn Progress,
 ) -> Result<(Solution, QualityArg, Origin), CliError> {
     let origin = file.origin().clone();
-    let unknown = || CliError::Malformed(format!("a solution of unknown quality '{}'", origin.quality));
-    let quality = QualityArg::named(&origin.quality).ok_or_else(unknown)?;
+    let quality = origin.quality.into();
     if let Some(path) = config.stored.as_deref().filter(|_| !config.quiet) {
         console::note(&format!("{}: {origin}\n", path.display()));
     }

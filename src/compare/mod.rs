@@ -25,7 +25,7 @@ pub use picture::{PictureDifference, difference_picture};
 pub use rays::{Ask, Batch, Disagreement, Question, RayComparison, Tally, compare_rays, made_batches};
 pub use recorder::{KeptPackets, Recorder};
 pub use referee::{Referee, Ruling, Standing, tolerance_for, tolerance_for_ray};
-pub use replay::{ReplayError, Replayed, read_replay, write_replay};
+pub use replay::{ReplayError, ReplayFile, Replayed, write_replay};
 pub use speed::rays_per_second;
 pub use truth::TruthDifference;
 

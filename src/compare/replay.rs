@@ -9,6 +9,8 @@ use crate::image::write::{FillError, OutputError, write_atomically};
 use crate::tracer::{NO_FACET, Ray, Segment, TraceMesh};
 use glam::Vec3;
 use std::fmt::Write;
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 /// What the first line begins with.
@@ -16,6 +18,9 @@ const HEADING: &str = "lightshaft replay";
 
 /// Of the format.
 const VERSION: u32 = 1;
+
+/// Largest file that is read, bytes: a hundred thousand rays.
+const MOST_BYTES: u64 = 16 << 20;
 
 /// A ray of a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,7 +40,13 @@ pub enum ReplayError {
         /// The file.
         path: PathBuf,
         /// What the system said.
-        source: std::io::Error,
+        source: io::Error,
+    },
+    /// The file is larger than any that is written.
+    #[error("{}: larger than {} MB; this is no replay file", path.display(), MOST_BYTES >> 20)]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
     },
     /// A line does not follow the format.
     #[error("{}:{line}: {message}", path.display())]
@@ -111,40 +122,72 @@ pub fn write_replay(
     write_atomically(path, |file| file.write_all(text.as_bytes()).map_err(FillError::Io))
 }
 
-/// Reads the rays of a file that was written for this mesh.
-///
-/// # Errors
-/// When the file cannot be read, is of another version or for another mesh, or a line is malformed.
-pub fn read_replay(path: &Path, mesh: &TraceMesh) -> Result<Vec<Replayed>, ReplayError> {
-    let bytes =
-        std::fs::read(path).map_err(|source| ReplayError::Unreadable { path: path.to_owned(), source })?;
-    let text = String::from_utf8_lossy(&bytes);
-    let malformed =
-        |line: usize, message: String| ReplayError::Malformed { path: path.to_owned(), line, message };
-    let mut lines = (1..).zip(text.lines());
-    let mut expect = |what: &str, example: &str| {
-        let (line, text) = lines.next().unwrap_or((1, ""));
-        match text.strip_prefix(what).map(str::trim) {
-            Some(value) if !value.is_empty() => Ok(value.to_owned()),
-            _ => Err(malformed(line, format!("'{what} {example}' is expected here; this is no replay file"))),
+/// A file of rays that was read and found to be one, of this version.
+#[derive(Debug)]
+pub struct ReplayFile {
+    path: PathBuf,
+    text: String,
+    geometry: String,
+}
+
+/// Lines before the first ray.
+const HEAD: usize = 2;
+
+impl ReplayFile {
+    /// Reads a file and looks at its head.
+    ///
+    /// # Errors
+    /// When the file cannot be read, is too large, is no replay file or one of another version.
+    pub fn open(path: &Path) -> Result<ReplayFile, ReplayError> {
+        let owned = || path.to_owned();
+        let text = read(path).map_err(|source| ReplayError::Unreadable { path: owned(), source })?;
+        let text = text.ok_or_else(|| ReplayError::TooLarge { path: owned() })?;
+        let expect = |line: usize, what: &str, example: &str| {
+            let found = text.lines().nth(line - 1).unwrap_or_default();
+            match found.strip_prefix(what).map(str::trim) {
+                Some(value) if !value.is_empty() => Ok(value.to_owned()),
+                _ => {
+                    let message = format!("'{what} {example}' is expected here; this is no replay file");
+                    Err(ReplayError::Malformed { path: owned(), line, message })
+                }
+            }
+        };
+        let version = expect(1, HEADING, &VERSION.to_string())?;
+        if version != VERSION.to_string() {
+            return Err(ReplayError::OtherVersion { path: owned(), found: shown(&version) });
         }
-    };
-    let version = expect(HEADING, &VERSION.to_string())?;
-    if version != VERSION.to_string() {
-        return Err(ReplayError::OtherVersion { path: path.to_owned(), found: shown(&version) });
+        let geometry = expect(HEAD, "geometry", "…")?;
+        Ok(ReplayFile { path: owned(), text, geometry })
     }
-    let (found, wanted) = (expect("geometry", "…")?, fingerprint(mesh));
-    if found != wanted {
-        return Err(ReplayError::OtherGeometry { path: path.to_owned(), found: shown(&found), wanted });
-    }
-    let mut rays = Vec::new();
-    for (number, line) in lines {
-        let bare = line.trim();
-        if !bare.is_empty() && !bare.starts_with('#') {
-            rays.push(parse(bare, mesh).map_err(|message| malformed(number, message))?);
+
+    /// Its rays, if it was written for this mesh.
+    ///
+    /// # Errors
+    /// When it was written for another mesh, or a line is malformed.
+    pub fn rays(&self, mesh: &TraceMesh) -> Result<Vec<Replayed>, ReplayError> {
+        let (path, wanted) = (|| self.path.clone(), fingerprint(mesh));
+        if self.geometry != wanted {
+            return Err(ReplayError::OtherGeometry { path: path(), found: shown(&self.geometry), wanted });
         }
+        let lines = (1..).zip(self.text.lines().map(str::trim)).skip(HEAD);
+        let rays = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
+        rays.map(|(line, text)| {
+            parse(text, mesh).map_err(|message| ReplayError::Malformed { path: path(), line, message })
+        })
+        .collect()
     }
-    Ok(rays)
+}
+
+/// The text of a file, if it is not too large.
+fn read(path: &Path) -> io::Result<Option<String>> {
+    // Looked at before it is opened: a pipe would wait for whoever writes to it.
+    if !path.metadata()?.is_file() {
+        return Err(io::Error::other("not a regular file"));
+    }
+    let mut bytes = Vec::new();
+    File::open(path)?.take(MOST_BYTES + 1).read_to_end(&mut bytes)?;
+    let is_small = bytes.len() as u64 <= MOST_BYTES;
+    Ok(is_small.then(|| String::from_utf8_lossy(&bytes).into_owned()))
 }
 
 /// One ray from its line.
@@ -181,7 +224,11 @@ fn parse(line: &str, mesh: &TraceMesh) -> Result<Replayed, String> {
     if kind.is_empty() {
         return Err("the kind of ray is missing".to_owned());
     }
-    Ok(Replayed { kind: kind.join(" "), question })
+    let kind = kind.join(" ");
+    if kind.contains(char::is_control) {
+        return Err(format!("the kind of ray has control characters: '{}'", shown(&kind)));
+    }
+    Ok(Replayed { kind, question })
 }
 
 /// Text from a file as a message shows it.
@@ -223,7 +270,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let path = folder.path().join("a.replay");
         std::fs::write(&path, content).expect("written");
-        read_replay(&path, &mesh())
+        ReplayFile::open(&path)?.rays(&mesh())
     }
 
     fn written() -> String {
@@ -261,6 +308,21 @@ mod tests {
     }
 
     #[test]
+    fn what_is_no_file_of_this_size_is_refused() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let error = ReplayFile::open(folder.path()).expect_err("a folder");
+        assert!(error.to_string().contains("not a regular file"), "{error}");
+        let path = folder.path().join("large.replay");
+        std::fs::write(&path, written()).expect("written");
+        let file = File::options().write(true).open(&path).expect("our own file");
+        file.set_len(MOST_BYTES).expect("a file with a hole");
+        assert!(ReplayFile::open(&path).is_ok(), "as large as can be");
+        file.set_len(MOST_BYTES + 1).expect("a file with a hole");
+        let error = ReplayFile::open(&path).expect_err("too large");
+        assert!(matches!(error, ReplayError::TooLarge { .. }), "{error}");
+    }
+
+    #[test]
     fn the_line_that_is_no_ray_is_named() {
         let head = format!("lightshaft replay 1\ngeometry {}\n\n# why\n", fingerprint(&mesh()));
         assert_eq!(read(&head).expect("no rays"), []);
@@ -273,6 +335,7 @@ mod tests {
             ("segment 0 0 0 1 1 1 - -1 random", "'-1' is no facet"),
             ("segment 0 0 0 1 1 1 - -", "kind"),
             ("ray 0 0 0 1 1 1", "kind"),
+            ("ray 0 0 0 1 1 1 \u{1b}[31mred", "control characters: '\\u{1b}[31mred'"),
             ("line 0 0 0 1 1 1 random", "'line' is neither"),
         ] {
             let error = read(format!("{head}segment 0 0 0 1 1 1 0 - random\n{bad}\n")).expect_err(bad);
@@ -280,7 +343,7 @@ mod tests {
             assert!(error.to_string().contains(part), "{error}");
         }
         for (bad, at) in
-            [("", 1), ("v 0 0 0", 1), ("lightshaft replay 1", 1), ("lightshaft replay 1\nx\n", 2)]
+            [("", 1), ("v 0 0 0", 1), ("lightshaft replay 1", 2), ("lightshaft replay 1\nx\n", 2)]
         {
             let error = read(bad).expect_err(bad);
             assert!(matches!(error, ReplayError::Malformed { line, .. } if line == at), "{error}");

@@ -8,5 +8,5 @@ mod sections;
 mod solution;
 
 pub use fault::SolutionFileError;
-pub use origin::Origin;
+pub use origin::{Origin, Quality};
 pub use solution::{SolutionFile, write_solution};

@@ -4,6 +4,29 @@ use crate::radiosity::SolveOptions;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
+/// How exact a solution is meant to be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Quality {
+    /// For a first look.
+    Draft,
+    /// For pictures.
+    Normal,
+    /// For references.
+    High,
+}
+
+impl Quality {
+    /// As it is stored.
+    pub fn name(self) -> &'static str {
+        match self {
+            Quality::Draft => "draft",
+            Quality::Normal => "normal",
+            Quality::High => "high",
+        }
+    }
+}
+
 /// How a solution was made. The light does not depend on any of it any more.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Origin {
@@ -11,8 +34,8 @@ pub struct Origin {
     pub program: String,
     /// `embree` or `fallback`.
     pub tracer: String,
-    /// `draft`, `normal` or `high`.
-    pub quality: String,
+    /// What sets the options that were not given.
+    pub quality: Quality,
     /// `all`, `root`, `shaft`, `adaptive` or `sampled`.
     pub strategy: String,
     /// See [`SolveOptions::epsilon`].
@@ -32,12 +55,12 @@ pub struct Origin {
 }
 
 impl Origin {
-    /// Made by this program with these options; `quality` and `tracer` by name.
-    pub fn new(options: &SolveOptions, quality: &str, tracer: &str) -> Origin {
+    /// Made by this program with these options; `tracer` by name.
+    pub fn new(options: &SolveOptions, quality: Quality, tracer: &str) -> Origin {
         Origin {
             program: env!("CARGO_PKG_VERSION").to_owned(),
             tracer: tracer.to_owned(),
-            quality: quality.to_owned(),
+            quality,
             strategy: options.visibility.strategy.name().to_owned(),
             epsilon: options.epsilon,
             contrast: options.contrast,
@@ -51,13 +74,14 @@ impl Origin {
 
     /// Whether every name in it is one, and can be shown as it is.
     pub(super) fn is_sound(&self) -> bool {
-        [&self.program, &self.tracer, &self.quality, &self.strategy].iter().all(|name| is_name(name))
+        [&self.program, &self.tracer, &self.strategy].iter().all(|name| is_name(name))
     }
 }
 
 impl fmt::Display for Origin {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Origin { program, tracer, quality, strategy, epsilon, rays, .. } = self;
+        let Origin { program, tracer, strategy, epsilon, rays, .. } = self;
+        let quality = self.quality.name();
         write!(
             f,
             "solved by lightshaft {program} on {tracer}: quality {quality}, epsilon {epsilon}, {rays} rays, {strategy}"

@@ -210,10 +210,11 @@ fn read_head<R: Read>(sections: &mut Sections<R>) -> Result<(Origin, Fingerprint
         return Err(Fault::OtherVersion(version, program.unwrap_or("of an unknown version").to_owned()));
     }
     let text: Vec<u8> = sections.section(ORIGIN, LONGEST_ORIGIN)?;
-    let origin: Option<Origin> = serde_json::from_slice(&text).ok();
-    let origin = origin
-        .filter(Origin::is_sound)
-        .ok_or_else(|| Fault::Damaged("it does not say how it was made".to_owned()))?;
+    let untold = |why: String| Fault::Damaged(format!("it does not say how it was made{why}"));
+    let origin: Origin = serde_json::from_slice(&text).map_err(|error| untold(format!(": {error}")))?;
+    if !origin.is_sound() {
+        return Err(untold(String::new()));
+    }
     let scene = match sections.section(SCENE, 4)?[..] {
         [sided @ (0 | 1), geometry, materials, tree] => {
             Fingerprint { one_sided: sided == 1, geometry, materials, tree }
@@ -370,4 +371,30 @@ fn read_openness<R: Read>(
         return Err(Fault::Damaged("rays of its sides do not end in clusters of this scene".to_owned()));
     }
     Ok(Openness::from_kept(hierarchy, forest, sides.into_iter()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quality_that_nobody_knows_is_refused_with_the_file_and_its_name() {
+        let head = |quality: &str| {
+            let (mut bytes, mut head) = (Vec::new(), [0; HEAD]);
+            head[..8].copy_from_slice(&MAGIC);
+            head[8..12].copy_from_slice(&VERSION.to_le_bytes());
+            write_sealed(&mut bytes, &head).expect("memory");
+            let text = format!(
+                r#"{{"program":"0.1.0","tracer":"fallback","quality":"{quality}","strategy":"adaptive","epsilon":0.1,
+                "contrast":0.1,"min_size":null,"resolution":64.0,"rays":4,"iterations":9,"certify":false}}"#
+            );
+            write_section(&mut bytes, ORIGIN, text.len(), text.into_bytes()).expect("memory");
+            write_section(&mut bytes, SCENE, 4, [0u64; 4]).expect("memory");
+            let length = bytes.len() as u64;
+            SolutionFile::read_from(Path::new("room.lsol"), io::Cursor::new(bytes), length)
+        };
+        assert!(head("draft").is_ok());
+        let error = head("ultra").expect_err("an unknown quality").to_string();
+        assert!(error.starts_with("room.lsol: ") && error.contains("`ultra`"), "{error}");
+    }
 }

@@ -7,7 +7,7 @@ use glam::Vec3;
 use plotters::style::RGBColor;
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
 
-/// Part of the area that lies beyond the colours, at either end: a sliver must not spoil the scale.
+/// Part of what is seen that lies beyond the colours, at either end: a sliver must not spoil the scale.
 const BEYOND: f64 = 0.01;
 
 /// From this ratio of its ends on a scale is logarithmic.
@@ -55,8 +55,16 @@ pub struct HeatMap {
 
 impl HeatMap {
     /// From a solution; for [`Heat::Cost`] one that was found with
-    /// [`Record::Work`](crate::radiosity::Record::Work). `square_meters` is the area of one local unit of area.
-    pub fn new(hierarchy: &Hierarchy, solution: &Solution, square_meters: f64, kind: Heat) -> HeatMap {
+    /// [`Record::Work`](crate::radiosity::Record::Work). `square_meters` is the area of one local unit of area. The colours
+    /// are for what is [seen](super::seen), leaf elements as often as they are met; where nothing is, for all that light
+    /// reaches.
+    pub fn new(
+        hierarchy: &Hierarchy,
+        solution: &Solution,
+        square_meters: f64,
+        kind: Heat,
+        seen: &[u32],
+    ) -> HeatMap {
         let figures = match kind {
             Heat::Cost => cost(hierarchy, solution, square_meters),
             Heat::Links => links(hierarchy, solution),
@@ -64,22 +72,28 @@ impl HeatMap {
             Heat::Partial => partial(hierarchy, solution),
         };
         let forest = &solution.forest;
-        // The outside of a house must not spoil the scale, either.
+        // The outside of a house must not spoil the scale, either: often it is dark, or not seen.
         let is_lit = |&element: &usize| solution.light.irradiance[element].max_element() > 0.0;
+        let figure = |element: usize| figures[element] as f64;
         let lit = forest.leaves().filter(is_lit);
         let mut by_figure: Vec<(f64, f64)> =
-            lit.map(|element| (figures[element] as f64, forest.area[element] as f64)).collect();
+            lit.map(|element| (figure(element), forest.area[element] as f64)).collect();
+        let seen = seen.iter().map(|&element| element as usize).filter(is_lit);
+        let mut by_sight: Vec<(f64, f64)> = seen.map(|element| (figure(element), 1.0)).collect();
         let mut shares = [0.0; 4];
         if kind == Heat::Class {
             by_figure.iter().for_each(|&(class, area)| shares[class as usize] += area);
             let whole: f64 = shares.iter().sum();
             shares.iter_mut().for_each(|share| *share /= whole.max(f64::MIN_POSITIVE));
         }
-        by_figure.retain(|&(figure, _)| if kind == Heat::Partial { figure >= 0.0 } else { figure > 0.0 });
-        by_figure.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for figures in [&mut by_figure, &mut by_sight] {
+            figures.retain(|&(figure, _)| if kind == Heat::Partial { figure >= 0.0 } else { figure > 0.0 });
+            figures.sort_by(|a, b| a.0.total_cmp(&b.0));
+        }
+        let scaled = if by_sight.is_empty() { &by_figure } else { &by_sight };
         let ends = match kind {
             Heat::Partial => [0.0, 1.0],
-            _ => [quantile(&by_figure, BEYOND), quantile(&by_figure, 1.0 - BEYOND)],
+            _ => [quantile(scaled, BEYOND), quantile(scaled, 1.0 - BEYOND)],
         };
         let at = |end: Option<&(f64, f64)>| end.map_or(0.0, |end| end.0);
         HeatMap { kind, figures, ends, range: [at(by_figure.first()), at(by_figure.last())], shares }
@@ -162,12 +176,12 @@ fn rounded(figure: f64) -> String {
     }
 }
 
-/// The figure that `part` of the area lies below, of figures in ascending order with their areas.
+/// The figure that `part` of the weight lies below, of figures in ascending order with their weights.
 fn quantile(by_figure: &[(f64, f64)], part: f64) -> f64 {
-    let wanted = part * by_figure.iter().map(|&(_, area)| area).sum::<f64>();
+    let wanted = part * by_figure.iter().map(|&(_, weight)| weight).sum::<f64>();
     let mut below = 0.0;
-    let reaches = |&&(_, area): &&(f64, f64)| {
-        below += area;
+    let reaches = |&&(_, weight): &&(f64, f64)| {
+        below += weight;
         below >= wanted
     };
     by_figure.iter().find(reaches).map_or(0.0, |&(figure, _)| figure)
@@ -351,6 +365,21 @@ mod tests {
         let luminance = |place: f64| viridis(place).dot(Vec3::new(0.2126, 0.7152, 0.0722));
         let rising: Vec<f32> = (0..=20).map(|step| luminance(step as f64 / 20.0)).collect();
         assert!(rising.windows(2).all(|pair| pair[0] < pair[1]), "{rising:?}");
+    }
+
+    #[test]
+    fn colours_are_for_what_is_seen() {
+        let (hierarchy, solution) = solved();
+        let links = links(&hierarchy, &solution);
+        let leaves =
+            || solution.forest.leaves().filter(|&e| solution.light.irradiance[e].max_element() > 0.0);
+        let map = |seen: &[u32]| HeatMap::new(&hierarchy, &solution, 1.0, Heat::Links, seen);
+        let most = leaves().max_by(|&a, &b| links[a].total_cmp(&links[b])).expect("an element");
+        let near = map(&[most as u32]);
+        assert_eq!(near.ends, [f64::from(links[most]); 2]);
+        let all: Vec<u32> = leaves().map(|element| element as u32).collect();
+        assert!(map(&all).ends[0] < near.ends[0] && map(&[]).ends[0] < near.ends[0]);
+        assert_eq!(map(&[]).range, near.range, "of all that light reaches");
     }
 
     #[test]

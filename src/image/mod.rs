@@ -8,8 +8,10 @@ mod mesh_view;
 pub mod picture;
 pub mod read;
 mod render;
+mod seen;
 pub mod tone;
 pub mod write;
 
 pub use heat::{Heat, HeatMap};
 pub use render::{RenderOptions, View, render, render_heat};
+pub use seen::seen;

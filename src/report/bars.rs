@@ -2,7 +2,7 @@
 
 use plotters::prelude::*;
 
-use super::plot::COLOURS;
+use super::look::Look;
 
 /// Bars that belong together.
 pub(super) struct Group {
@@ -20,8 +20,7 @@ pub(super) struct Bar {
     pub(super) range: Option<(f64, f64)>,
     /// Behind it: the value with its unit.
     pub(super) text: String,
-    /// Index of its colour.
-    pub(super) colour: usize,
+    pub(super) look: Look,
 }
 
 /// Heights of a name, of a bar and of the gap below a group, pixels.
@@ -64,8 +63,12 @@ pub(super) fn svg(groups: &[Group], width: u32) -> Result<String, String> {
         let bottom = top + BAR * group.bars.len() as i32;
         for bar in &group.bars {
             let (end, middle) = (place(bar.value), top + BAR / 2);
-            let colour = COLOURS[bar.colour % COLOURS.len()].filled();
-            area.draw(&Rectangle::new([(LEFT, top + 2), (end, top + BAR - 2)], colour)).map_err(failed)?;
+            let (colour, corners) = (bar.look.colour(), [(LEFT, top + 2), (end, top + BAR - 2)]);
+            let rectangle = match bar.look.is_hollow {
+                true => Rectangle::new(corners, colour.stroke_width(2)),
+                false => Rectangle::new(corners, colour.filled()),
+            };
+            area.draw(&rectangle).map_err(failed)?;
             let mut after = end;
             if let Some((least, most)) = bar.range.filter(|(least, most)| least < most) {
                 let (from, to) = (place(least), place(most));
@@ -101,7 +104,7 @@ mod tests {
     use super::*;
 
     fn group(values: &[f64]) -> Group {
-        let bar = |&value| Bar { value, range: None, text: format!("{value}"), colour: 0 };
+        let bar = |&value| Bar { value, range: None, text: format!("{value}"), look: Look::filled(0) };
         Group { name: "a < b & \"c\"".to_owned(), bars: values.iter().map(bar).collect() }
     }
 

@@ -6,7 +6,8 @@ use glam::Vec3;
 use serde::Serialize;
 
 use super::profile::Spread;
-use super::text::aligned;
+use super::setup::Setup;
+use super::text::{aligned, counted};
 use crate::compare::{
     Comparison, Disagreement, EXITANCE_LIMIT, ExitanceDifference, LinkDifferences, PictureDifference,
     Question, Standing, Tally,
@@ -65,6 +66,10 @@ fn ends(question: &Question) -> [Vec3; 2] {
 /// The comparison of one scene; of two values the first is for the native tracer.
 #[derive(Clone, Debug, Serialize)]
 pub struct CompareReport {
+    /// Version of the record, [`CompareReport::FORMAT`].
+    pub format: u32,
+    /// What the comparison was made with.
+    pub setup: Setup,
     /// Name of the scene.
     pub scene: String,
     /// Names of the tracers.
@@ -83,6 +88,8 @@ pub struct CompareReport {
     pub exitance: ExitanceDifference,
     /// Pictures.
     pub picture: PictureDifference,
+    /// Times the rays were timed.
+    pub repeats: u32,
     /// Shadow rays a second of one thread.
     pub rays_per_second: [Spread; 2],
     /// Wall-clock seconds to solve.
@@ -153,7 +160,10 @@ pub fn facet_name(hierarchy: &Hierarchy, facet: u32) -> String {
 }
 
 impl CompareReport {
-    /// What was found, with places in scene units.
+    /// Version of the record; another one where a field has another meaning or is gone.
+    pub const FORMAT: u32 = 1;
+
+    /// What was found, with places in scene units; not what it was made with.
     pub fn new(
         scene: &str,
         tracers: [&str; 2],
@@ -164,6 +174,8 @@ impl CompareReport {
         let mut rays = found.rays.tallies.clone();
         rays.push(found.rays.total());
         CompareReport {
+            format: Self::FORMAT,
+            setup: Setup::default(),
             scene: scene.to_owned(),
             tracers: tracers.map(str::to_owned),
             threads,
@@ -178,6 +190,7 @@ impl CompareReport {
             links: found.links.clone(),
             exitance: found.exitance.clone(),
             picture: found.picture.clone(),
+            repeats: found.speed.rays_per_second[0].len() as u32,
             rays_per_second: found.speed.rays_per_second.clone().map(Spread::of),
             solve_seconds: found.speed.solve_seconds,
             render_seconds: found.speed.render_seconds,
@@ -192,7 +205,8 @@ impl CompareReport {
         let mut reasons = Vec::new();
         if let Some(total) = self.rays.last() {
             for (tracer, wrong) in self.tracers.iter().zip(total.wrong).filter(|&(_, wrong)| wrong > 0) {
-                reasons.push(format!("{wrong} of {} rays are wrong in {tracer}", total.traced));
+                let is = if wrong == 1 { "is" } else { "are" };
+                reasons.push(format!("{wrong} of {} {is} wrong in {tracer}", counted(total.traced, "ray")));
             }
         }
         let relative = self.exitance.relative_rms();
@@ -216,7 +230,8 @@ impl CompareReport {
     /// In words, then as tables; ends with a newline.
     pub fn text(&self) -> String {
         let [native, other] = &self.tracers;
-        let mut text = format!("{}: {native} and {other}, {} threads\n\n", self.scene, self.threads);
+        let mut text =
+            format!("{}: {native} and {other}, {}\n\n", self.scene, counted(self.threads as u64, "thread"));
         match self.objection() {
             None => text += "The tracers agree. ",
             Some(objection) => text += &format!("THE TRACERS DISAGREE: {objection}.\n"),
@@ -241,8 +256,10 @@ impl CompareReport {
         let off: u64 = total.tolerance.iter().chain(&total.edge_on).sum();
         let wrong: u64 = total.wrong.iter().sum();
         let mut text = format!(
-            "Of {} rays they decide {} differently. The referee finds {off} answers off by rounding and {wrong} wrong.\n",
-            total.traced, total.differing
+            "Of {} they decide {} differently. The referee finds {} off by rounding and {wrong} wrong.\n",
+            counted(total.traced, "ray"),
+            total.differing,
+            counted(off, "answer")
         );
         // Writing to a string cannot fail.
         let _ = writeln!(
@@ -363,7 +380,8 @@ impl CompareReport {
         };
         let rates = self.rays_per_second;
         let ratio = rates[0].median / rates[1].median.max(f64::MIN_POSITIVE);
-        let spread = format!("±{:.1} %, ±{:.1} %", 100.0 * rates[0].relative(), 100.0 * rates[1].relative());
+        let [a, b] = rates.map(|rate| format!("±{:.1} %", 100.0 * rate.relative()));
+        let spread = if self.repeats > 1 { format!("{a}, {b}") } else { String::new() };
         let shown = rates.map(|rate| format!("{:.3}", 1e-6 * rate.median));
         vec![
             row("shadow rays a second and thread (M)", shown, ratio, spread),
@@ -395,6 +413,8 @@ pub(super) mod tests {
             distances: [0.0, 0.125],
         };
         CompareReport {
+            format: CompareReport::FORMAT,
+            setup: Setup::default(),
             scene: "room".to_owned(),
             tracers: ["embree", "fallback"].map(str::to_owned),
             threads: 2,
@@ -404,6 +424,7 @@ pub(super) mod tests {
             links: LinkDifferences { links: [10, 11], only: [0, 1], ..LinkDifferences::default() },
             exitance,
             picture: PictureDifference::default(),
+            repeats: 2,
             rays_per_second: [Spread::of(vec![4e6]), Spread::of(vec![2e6])],
             solve_seconds: [1.0, 2.0],
             render_seconds: [0.5, 0.5],
@@ -418,6 +439,8 @@ pub(super) mod tests {
             assert!(text.contains(part), "{part} is missing:\n{text}");
         }
         assert!(!text.contains("Wrong answers"), "{text}");
+        let once = CompareReport { repeats: 1, threads: 1, ..report(0, 0.001) }.text();
+        assert!(text.contains('±') && !once.contains('±') && once.contains(", 1 thread\n"), "{once}");
     }
 
     #[test]
@@ -433,6 +456,8 @@ pub(super) mod tests {
             assert!(objection.contains(part), "{part} is missing: {objection}");
         }
         assert!(report.text().contains("THE TRACERS DISAGREE"));
+        let one = super::tests::report(1, 0.001).objection().expect("an objection");
+        assert!(one.starts_with("1 of 900 rays is wrong in fallback"), "{one}");
     }
 
     #[test]

@@ -7,7 +7,10 @@ use serde::Serialize;
 
 use super::text::aligned;
 use crate::progress::Span;
-use crate::visibility::{Answer, Bin, Detail, Effort, Step, VisibilityCounters};
+use crate::visibility::{Answer, Bin, Detail, Effort, Step, StepTimes, VisibilityCounters};
+
+/// What is in no phase.
+pub(super) const OTHER: &str = "other";
 
 /// One run, told in detail.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -97,16 +100,9 @@ impl RunDetail {
     ) -> RunDetail {
         let levels =
             detail.levels.iter().enumerate().map(|(level, efforts)| LevelRow::of(level, radius, efforts));
-        // Some of the tests stand for all of them.
-        let timed = (detail.steps.iter().sum::<u64>() as f64).max(1.0);
         RunDetail {
             phases: by_phase(phases, total),
-            steps: Step::ALL
-                .map(|step| Seconds {
-                    name: step.name(),
-                    seconds: seconds(counters.nanoseconds) * detail.steps[step as usize] as f64 / timed,
-                })
-                .into(),
+            steps: by_step(&detail.steps, seconds(counters.nanoseconds)),
             answers: Answer::ALL.map(|answer| AnswerRow::of(answer, detail)).into(),
             levels: levels.filter(|row| row.pairs > 0 || row.rays > 0).collect(),
             rays_per_pair: detail.rays.bins(),
@@ -117,9 +113,23 @@ impl RunDetail {
         }
     }
 
+    /// Of some repeats of one run, the one whose time in visibility tests is in the middle, the less of two; with the
+    /// shares that steps have in all of them. Nothing of none.
+    pub fn of_repeats(mut repeats: Vec<RunDetail>, times: &StepTimes) -> Option<RunDetail> {
+        repeats.sort_by(|a, b| a.tested().total_cmp(&b.tested()));
+        let middle = repeats.len().checked_sub(1)? / 2;
+        let median = repeats.swap_remove(middle);
+        Some(RunDetail { steps: by_step(times, median.tested()), ..median })
+    }
+
+    /// Seconds in visibility tests.
+    fn tested(&self) -> f64 {
+        self.answers.iter().map(|row| row.seconds).sum()
+    }
+
     /// For people: what settled pairs, their sizes, histograms.
     pub(super) fn text(&self) -> String {
-        let tested: f64 = self.answers.iter().map(|row| row.seconds).sum();
+        let tested = self.tested();
         let share = |part: f64| format!("{:.1}", 100.0 * part / tested.max(f64::MIN_POSITIVE));
         let millions = |count: u64| format!("{:.3}", count as f64 * 1e-6);
         let heads = ["class", "settled by", "pairs", "rays (M)", "rays/pair", "µs/pair", "visibility (%)"];
@@ -184,9 +194,20 @@ impl RunDetail {
                 text += &format!("\n{what}\n{}", bars(bins));
             }
         }
-        let filtered = 100.0 * self.filter_rejects as f64 / (self.filter_calls as f64).max(1.0);
+        let filtered = 100.0 * self.rejected();
         text + &format!("The filter was called {} times and rejected {filtered:.1} %.\n", self.filter_calls)
     }
+
+    /// Share of the calls of the filter in which it rejected the hit.
+    pub(super) fn rejected(&self) -> f64 {
+        self.filter_rejects as f64 / (self.filter_calls as f64).max(1.0)
+    }
+}
+
+/// Seconds of each step, `total` in all: the tests that were timed stand for all of them.
+fn by_step(times: &StepTimes, total: f64) -> Vec<Seconds> {
+    let shares = times.shares();
+    Step::ALL.map(|step| Seconds { name: step.name(), seconds: total * shares[step as usize] }).into()
 }
 
 /// Seconds of each phase, and what is left of `total`.
@@ -200,7 +221,7 @@ fn by_phase(phases: &[Span], total: Duration) -> Vec<Seconds> {
         }
     }
     let known: f64 = sums.iter().map(|sum| sum.seconds).sum();
-    sums.push(Seconds { name: "other", seconds: (total.as_secs_f64() - known).max(0.0) });
+    sums.push(Seconds { name: OTHER, seconds: (total.as_secs_f64() - known).max(0.0) });
     sums
 }
 
@@ -285,6 +306,22 @@ mod tests {
     fn phases_are_summed_and_the_rest_is_other() {
         let seconds = |name, seconds| Seconds { name, seconds };
         assert_eq!(sample().phases, [seconds("refine", 7.0), seconds("gather", 1.0), seconds("other", 2.0)]);
+    }
+
+    #[test]
+    fn the_repeat_in_the_middle_stands_for_all() {
+        let of = |nanoseconds| {
+            let mut detail = Detail::default();
+            detail.answers[Answer::RaysClear as usize] = Effort { pairs: 1, rays: 1, nanoseconds };
+            RunDetail::new(&detail, &VisibilityCounters::default(), 1.0, &[], Duration::ZERO)
+        };
+        let chosen = |all: &[u64]| {
+            let repeats = all.iter().copied().map(of).collect();
+            RunDetail::of_repeats(repeats, &StepTimes::default()).map(|detail| detail.tested())
+        };
+        assert_eq!(chosen(&[9_000, 1_000, 3_000]), Some(seconds(3_000)));
+        assert_eq!(chosen(&[9_000, 3_000]), Some(seconds(3_000)));
+        assert_eq!(chosen(&[]), None);
     }
 
     #[test]

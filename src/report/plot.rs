@@ -1,16 +1,32 @@
 //! Plots as SVG.
 
+use std::cell::Cell;
 use std::path::Path;
 
 use plotters::coord::Shift;
+use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 
 use super::convergence::Convergence;
+use super::labels::{self, Labelled};
+use super::look::Look;
 use super::profile::{Profile, ProfiledRun};
+use super::text::counted;
 use crate::image::write::{FillError, OutputError, write_atomically};
 
 /// Size of a plot, pixels.
 const SIZE: (u32, u32) = (720, 480);
+
+/// Width of the legend beside it, and height of one of its lines, pixels.
+const LEGEND: u32 = 200;
+const LINE: i32 = 24;
+
+/// Dashes and the gaps between them, pixels.
+const DASH: u32 = 5;
+
+/// Size of letters of labels and of legends, as the library counts it.
+const LABEL: u32 = 15;
+const NAME: u32 = 16;
 
 /// How far the axes reach beyond the data.
 const MARGIN: f64 = 1.5;
@@ -23,16 +39,6 @@ const LEAST: f64 = 1e-3;
 
 /// Values above this are drawn at it.
 const MOST: f64 = 1e9;
-
-/// Told apart by most people who see few colours, and in print.
-pub(super) const COLOURS: [RGBColor; 6] = [
-    RGBColor(0, 90, 181),
-    RGBColor(220, 50, 32),
-    RGBColor(0, 140, 90),
-    RGBColor(150, 70, 170),
-    RGBColor(200, 130, 0),
-    RGBColor(90, 90, 90),
-];
 
 /// Some curves over two logarithmic axes.
 pub(super) struct Plot<'a> {
@@ -47,6 +53,7 @@ pub(super) struct Plot<'a> {
 struct Curve {
     /// In the legend, if there are several.
     name: String,
+    look: Look,
     points: Vec<((f64, f64), String)>,
 }
 
@@ -71,7 +78,7 @@ pub fn write_convergence(path: &Path, found: &Convergence) -> Result<(), OutputE
         title: format!("{}: error against time", found.scene),
         x: "time of the solution (s)",
         y: "error, root mean square (% of mean irradiance)",
-        curves: vec![Curve { name: String::new(), points: points.collect() }],
+        curves: vec![Curve { name: String::new(), look: Look::filled(0), points: points.collect() }],
     };
     plot.write(path)
 }
@@ -89,11 +96,12 @@ pub fn write_profile(path: &Path, found: &Profile) -> Result<(), OutputError> {
 pub(super) fn profile(found: &Profile, title: String) -> Plot<'static> {
     let point = |run: &ProfiledRun| {
         let at = (run.visibility_seconds.median, 100.0 * run.visibility_error.mean);
-        (at, if title.is_empty() { run.rays.to_string() } else { format!("{} rays", run.rays) })
+        let rays = if title.is_empty() { run.rays.to_string() } else { counted(run.rays.into(), "ray") };
+        (at, rays)
     };
-    let curve = |name: String| {
+    let curve = |(name, look): (String, Look)| {
         let points = found.runs.iter().filter(|run| run.kind() == name).map(point).collect();
-        Curve { name, points }
+        Curve { name, look, points }
     };
     let curves = found.kinds().into_iter().map(curve).collect();
     let y = "visibility error, mean over links (%)";
@@ -102,9 +110,14 @@ pub(super) fn profile(found: &Profile, title: String) -> Plot<'static> {
 
 impl Plot<'_> {
     fn write(&self, path: &Path) -> Result<(), OutputError> {
+        let size = (SIZE.0 + if self.has_legend() { LEGEND } else { 0 }, SIZE.1);
         let text =
-            self.svg(SIZE).map_err(|message| OutputError::Encode { path: path.to_owned(), message })?;
+            self.svg(size).map_err(|message| OutputError::Encode { path: path.to_owned(), message })?;
         write_atomically(path, |file| file.write_all(text.as_bytes()).map_err(FillError::Io))
+    }
+
+    fn has_legend(&self) -> bool {
+        !self.title.is_empty() && self.curves.len() > 1
     }
 
     /// As SVG of this size, pixels.
@@ -129,11 +142,17 @@ impl Plot<'_> {
         low..high * MARGIN
     }
 
-    fn draw(&self, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), String> {
+    fn draw(&self, whole: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), String> {
         let failed = |error: DrawingAreaErrorKind<_>| error.to_string();
-        area.fill(&WHITE).map_err(failed)?;
-        let (mut builder, has_title) = (ChartBuilder::on(area), !self.title.is_empty());
-        if has_title {
+        whole.fill(&WHITE).map_err(failed)?;
+        let mut area = whole.clone();
+        if self.has_legend() {
+            let legend;
+            (area, legend) = whole.split_horizontally(whole.dim_in_pixel().0 - LEGEND);
+            self.draw_legend(&legend).map_err(failed)?;
+        }
+        let mut builder = ChartBuilder::on(&area);
+        if !self.title.is_empty() {
             builder.caption(&self.title, ("sans-serif", 20));
         }
         let mut chart = builder
@@ -142,40 +161,118 @@ impl Plot<'_> {
             .y_label_area_size(64)
             .build_cartesian_2d(self.range(|p| p.0).log_scale(), self.range(|p| p.1).log_scale())
             .map_err(failed)?;
+        let lengths = chart.plotting_area().dim_in_pixel();
+        let marks = [
+            Marks::along(self.range(|p| p.0), lengths.0.into(), 8.0, 0.0),
+            Marks::along(self.range(|p| p.1), lengths.1.into(), 0.0, 16.0),
+        ];
         chart
             .configure_mesh()
             .x_desc(self.x)
             .y_desc(self.y)
             .x_labels(MOST_MARKS)
             .y_labels(MOST_MARKS)
-            .x_label_formatter(&|x| mark(*x))
-            .y_label_formatter(&|y| mark(*y))
+            .x_label_formatter(&|x| marks[0].next(*x))
+            .y_label_formatter(&|y| marks[1].next(*y))
             .light_line_style(TRANSPARENT)
             .label_style(("sans-serif", 16))
             .draw()
             .map_err(failed)?;
-        for (curve, colour) in self.curves.iter().zip(COLOURS.iter().cycle()) {
-            let line = LineSeries::new(curve.drawn().map(|(point, _)| point), colour.stroke_width(2));
-            let drawn = chart.draw_series(line).map_err(failed)?;
-            if has_title && self.curves.len() > 1 {
-                let mark = move |(x, y)| PathElement::new([(x, y), (x + 16, y)], colour.stroke_width(2));
-                drawn.label(&curve.name).legend(mark);
-            }
-            // Names stand above and below in turn, so that those of neighbours do not meet.
-            let marks = curve.drawn().enumerate().map(|(index, (point, label))| {
-                let above = if index % 2 == 0 { 6 } else { -18 };
-                EmptyElement::at(point)
-                    + Circle::new((0, 0), 4, colour.filled())
-                    + Text::new(label.to_owned(), (8, above), ("sans-serif", 15))
-            });
-            chart.draw_series(marks).map_err(failed)?;
+        // From here on in pixels, which start at the left top corner.
+        let in_pixels = |curve: &Curve| -> Vec<(i32, i32)> {
+            curve.drawn().map(|(point, _)| chart.backend_coord(&point)).collect()
+        };
+        let (across, down) = chart.plotting_area().get_pixel_range();
+        let curves: Vec<Vec<(i32, i32)>> = self.curves.iter().map(in_pixels).collect();
+        for (curve, points) in self.curves.iter().zip(&curves) {
+            draw_line(&area, curve.look, points).map_err(failed)?;
         }
-        if has_title && self.curves.len() > 1 {
-            let mut legend = chart.configure_series_labels();
-            legend.position(SeriesLabelPosition::UpperRight).background_style(WHITE.mix(0.8));
-            legend.border_style(BLACK).label_font(("sans-serif", 16)).draw().map_err(failed)?;
+        for (curve, points) in self.curves.iter().zip(&curves) {
+            for &point in points {
+                draw_mark(&area, curve.look, point).map_err(failed)?;
+            }
+        }
+        let labels = self.curves.iter().flat_map(Curve::drawn).map(|(_, label)| label);
+        let labelled: Vec<Labelled<'_>> =
+            curves.iter().flatten().zip(labels).map(|(&at, label)| Labelled { at, label }).collect();
+        let lines: Vec<_> =
+            curves.iter().flat_map(|points| points.windows(2).map(|ends| [ends[0], ends[1]])).collect();
+        let frame = [across.start, down.start, across.end, down.end];
+        for (place, point) in labels::places(&labelled, &lines, frame).into_iter().zip(&labelled) {
+            if let Some(place) = place {
+                area.draw(&Text::new(point.label, place, ("sans-serif", LABEL))).map_err(failed)?;
+            }
         }
         Ok(())
+    }
+
+    /// A line for each curve, as it is drawn.
+    fn draw_legend(&self, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), Failure> {
+        for (curve, top) in self.curves.iter().zip((40..).step_by(LINE as usize)) {
+            draw_line(area, curve.look, &[(0, top), (36, top)])?;
+            draw_mark(area, curve.look, (18, top))?;
+            area.draw(&Text::new(curve.name.as_str(), (44, top - 8), ("sans-serif", NAME)))?;
+        }
+        Ok(())
+    }
+}
+
+type Failure = DrawingAreaErrorKind<std::io::Error>;
+
+/// A line in pixels.
+fn draw_line(
+    area: &DrawingArea<SVGBackend<'_>, Shift>,
+    look: Look,
+    points: &[(i32, i32)],
+) -> Result<(), Failure> {
+    let style = look.colour().stroke_width(2);
+    match look.is_hollow {
+        true => area.draw(&DashedPathElement::new(points.iter().copied(), DASH, DASH, style)),
+        false => area.draw(&PathElement::new(points.to_vec(), style)),
+    }
+}
+
+/// A point of a line, in pixels.
+fn draw_mark(
+    area: &DrawingArea<SVGBackend<'_>, Shift>,
+    look: Look,
+    point: (i32, i32),
+) -> Result<(), Failure> {
+    const RADIUS: i32 = 4;
+    if look.is_hollow {
+        area.draw(&Circle::new(point, RADIUS, WHITE.filled()))?;
+        return area.draw(&Circle::new(point, RADIUS, look.colour().stroke_width(2)));
+    }
+    area.draw(&Circle::new(point, RADIUS, look.colour().filled()))
+}
+
+/// Labels of the marks of an axis, in the order in which they stand there; the library asks for powers of ten twice.
+struct Marks {
+    range: std::ops::Range<f64>,
+    /// Length of the axis, and what a letter and a whole label take up along it, pixels.
+    length: f64,
+    letter: f64,
+    least: f64,
+    /// The last mark, and where its label ends.
+    last: Cell<(f64, f64)>,
+}
+
+impl Marks {
+    fn along(range: std::ops::Range<f64>, length: f64, letter: f64, least: f64) -> Marks {
+        Marks { range, length, letter, least, last: Cell::new((f64::INFINITY, 0.0)) }
+    }
+
+    /// Nothing where there is no room for it.
+    fn next(&self, x: f64) -> String {
+        let (before, end) = self.last.get();
+        let end = if x < before { f64::NEG_INFINITY } else { end };
+        let text = mark(x);
+        let at = self.length * (x / self.range.start).ln() / (self.range.end / self.range.start).ln();
+        let half = 0.5 * (self.letter * text.chars().count() as f64).max(self.least);
+        let has_room = at - half >= end && (x / before - 1.0).abs() > 1e-6;
+        let shown = if has_room { text } else { String::new() };
+        self.last.set((x, if shown.is_empty() { end } else { at + half }));
+        shown
     }
 }
 
@@ -201,7 +298,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let path = folder.path().join("a.svg");
         let points = points.iter().enumerate().map(|(i, &point)| (point, format!("point {i}"))).collect();
-        let curves = vec![Curve { name: "one".to_owned(), points }];
+        let curves = vec![Curve { name: "one".to_owned(), look: Look::filled(0), points }];
         Plot { title: "title".to_owned(), x: "x", y: "y", curves }.write(&path).expect("written");
         std::fs::read_to_string(&path).expect("readable")
     }
@@ -223,7 +320,10 @@ mod tests {
             assert!(labels.iter().any(|&x| x <= below), "nothing below {below}: {labels:?}");
             assert!(labels.iter().any(|&x| x > below && x < above), "nothing above {below}: {labels:?}");
         }
-        assert!(labels.iter().filter(|&&x| x == 2.0).count() == 2, "each axis has a mark at 2: {labels:?}");
+        for x in [2.0, 10.0] {
+            let count = labels.iter().filter(|&&label| label == x).count();
+            assert_eq!(count, 2, "each axis has one mark at {x}: {labels:?}");
+        }
     }
 
     #[test]

@@ -1,15 +1,22 @@
 //! Strategies and tracers side by side: where visibility time goes, and how wrong the result is.
 
-use super::detail::{RunDetail, Seconds};
-use super::text::aligned;
+use super::detail::{OTHER, RunDetail};
+use super::look::Look;
+use super::setup::Setup;
+use super::text::counted;
 use crate::probe::Deviation;
 use crate::radiosity::VisibilityError;
-use crate::visibility::Step;
 use serde::Serialize;
+
+mod table;
 
 /// All runs over one scene.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Profile {
+    /// Version of the record, [`Profile::FORMAT`].
+    pub format: u32,
+    /// What the runs were made with.
+    pub setup: Setup,
     /// The scene's name.
     pub scene: String,
     /// Triangles in the input.
@@ -18,9 +25,9 @@ pub struct Profile {
     pub threads: usize,
     /// How often each run was made; times are medians.
     pub repeats: u32,
-    /// In the order in which they were made.
+    /// In the order in which they were made. The first is the aim: its errors are those that others have to reach.
     pub runs: Vec<ProfiledRun>,
-    /// Index of the run that the ratios are to: `sampled` with 16 rays, or else the first.
+    /// Index of the run that ratios of time are to: `sampled` with 16 rays, or else the first.
     pub yardstick: usize,
 }
 
@@ -29,7 +36,7 @@ pub struct Profile {
 pub struct ProfiledRun {
     /// As `--visibility`.
     pub strategy: String,
-    /// As `--tracer`.
+    /// As `--tracer`; `none` for `all`, which asks none about visibility.
     pub tracer: String,
     /// As `--rays`.
     pub rays: u32,
@@ -55,7 +62,7 @@ pub struct ProfiledRun {
     pub visibility_error: VisibilityError,
     /// Irradiance against the reference, if there is one.
     pub irradiance_error: Option<Deviation>,
-    /// Where the work went, the first time the run was made.
+    /// Where the work went, in the repeat whose time in visibility is in the middle.
     pub detail: RunDetail,
 }
 
@@ -85,11 +92,14 @@ impl Spread {
     }
 }
 
-/// The phases of a solution, in order.
-const PHASES: [&str; 7] = ["openness", "refine", "damping", "gather", "weigh", "stray light", "other"];
+/// The tracer of runs that ask none about visibility.
+pub const NO_TRACER: &str = "none";
 
 /// An error that runs are compared at.
 type Error = (&'static str, fn(&ProfiledRun) -> Option<f64>);
+
+/// Errors that differ by no more than this part of the aim's are the same: tracers round differently.
+const SAME: f64 = 1e-3;
 
 const ERRORS: [Error; 2] = [
     ("visibility error", |run| Some(run.visibility_error.mean)),
@@ -97,134 +107,123 @@ const ERRORS: [Error; 2] = [
 ];
 
 impl ProfiledRun {
-    /// Such as `adaptive, embree`.
+    /// Such as `adaptive, embree`, and `all`.
     pub fn kind(&self) -> String {
-        format!("{}, {}", self.strategy, self.tracer)
+        match self.tracer.as_str() {
+            NO_TRACER => self.strategy.clone(),
+            tracer => format!("{}, {tracer}", self.strategy),
+        }
     }
 
     /// Such as `adaptive, embree, 16 rays`.
     pub fn name(&self) -> String {
-        format!("{}, {} rays", self.kind(), self.rays)
+        format!("{}, {}", self.kind(), counted(self.rays.into(), "ray"))
+    }
+}
+
+/// Runs at one error: what others need to be as exact as the aim, the first run.
+pub(super) struct AtEqualError {
+    /// The error.
+    what: &'static str,
+    /// How large it is in the aim.
+    wanted: f64,
+    /// Name of the aim.
+    aim: String,
+    /// Each other strategy and tracer, and what it needs.
+    pub(super) others: Vec<String>,
+}
+
+impl AtEqualError {
+    /// What the lines of the others are about.
+    pub(super) fn words(&self) -> String {
+        format!(
+            "The aim is the {} of {} ({:.3} %). The cheapest runs that reach it:",
+            self.what,
+            self.aim,
+            100.0 * self.wanted
+        )
     }
 }
 
 impl Profile {
-    /// Strategies with tracers, in the order in which runs have them: curves, colours and legends follow it.
-    pub(super) fn kinds(&self) -> Vec<String> {
-        let mut kinds: Vec<String> = Vec::new();
-        for kind in self.runs.iter().map(ProfiledRun::kind) {
-            if !kinds.contains(&kind) {
-                kinds.push(kind);
+    /// Version of the record; another one where a field has another meaning or is gone.
+    pub const FORMAT: u32 = 1;
+
+    /// Strategies with tracers, in the order in which runs have them, and how each looks in plots and legends: strategies
+    /// differ in colour, and what was asked of a second tracer is hollow.
+    pub(super) fn kinds(&self) -> Vec<(String, Look)> {
+        let index = |names: &mut Vec<String>, name: &str| {
+            names.iter().position(|known| known == name).unwrap_or_else(|| {
+                names.push(name.to_owned());
+                names.len() - 1
+            })
+        };
+        let (mut strategies, mut tracers) = (Vec::new(), Vec::new());
+        let mut kinds: Vec<(String, Look)> = Vec::new();
+        for run in &self.runs {
+            let look = Look::filled(index(&mut strategies, &run.strategy));
+            let is_hollow = run.tracer != NO_TRACER && index(&mut tracers, &run.tracer) > 0;
+            if !kinds.iter().any(|(name, _)| *name == run.kind()) {
+                kinds.push((run.kind(), Look { is_hollow, ..look }));
             }
         }
         kinds
     }
 
-    /// For people; errors in per cent.
-    pub fn table(&self) -> String {
-        let (Some(yardstick), Some(first)) = (self.runs.get(self.yardstick), self.runs.first()) else {
-            return String::new();
-        };
-        let mut text = format!(
-            "{}: {} triangles, {} threads, {} repeats; ratio to {}\n",
-            self.scene,
-            self.triangles,
-            self.threads,
-            self.repeats,
-            yardstick.name()
-        );
-        text += "strategy  tracer    rays     links  visibility (s)    ±%   ratio  total (s)  rays (M)  avoided (M)  \
-                 proved (%)  memory (MB)  V error (%)  V 99.9 (%)";
-        text += if first.irradiance_error.is_some() { "  E error (%)\n" } else { "\n" };
-        for run in &self.runs {
-            let (seconds, total) = (&run.visibility_seconds, &run.total_seconds);
-            text += &format!(
-                "{:<8}  {:<8}  {:4}  {:8}  {:14.3}  {:4.0}  {:6.3}  {:9.2}  {:8.2}  {:11.2}  {:10.1}  {:11}  {:11.3}  {:10.2}",
-                run.strategy,
-                run.tracer,
-                run.rays,
-                run.links,
-                seconds.median,
-                100.0 * seconds.relative(),
-                seconds.median / yardstick.visibility_seconds.median.max(f64::MIN_POSITIVE),
-                total.median,
-                run.rays_cast as f64 * 1e-6,
-                run.rays_avoided as f64 * 1e-6,
-                100.0 * run.certified_share,
-                run.peak_rss_bytes >> 20,
-                100.0 * run.visibility_error.mean,
-                100.0 * run.visibility_error.percentile_999,
-            );
-            text += &run.irradiance_error.map_or_else(String::new, |e| format!("  {:11.2}", 100.0 * e.rms));
-            text += "\n";
-        }
-        text += &self.at_equal_error(first);
-        text += &self.where_time_goes();
-        text + &format!("\nPairs of {}, by what settled them\n{}", first.name(), first.detail.text())
+    /// Seconds in visibility over those of the yardstick.
+    pub(super) fn ratio(&self, run: &ProfiledRun) -> f64 {
+        let yardstick = self.runs.get(self.yardstick).map_or(0.0, |run| run.visibility_seconds.median);
+        run.visibility_seconds.median / yardstick.max(f64::MIN_POSITIVE)
     }
 
-    /// A row for each run: the steps of visibility tests, and the phases of the whole run.
-    fn where_time_goes(&self) -> String {
-        let of = |list: &[Seconds], name: &str| {
-            let seconds = list.iter().find(|part| part.name == name).map_or(0.0, |part| part.seconds);
-            format!("{seconds:.3}")
-        };
-        let kind = |run: &ProfiledRun| [run.strategy.clone(), run.tracer.clone(), run.rays.to_string()];
-        let heads = |names: &[&'static str; 7]| {
-            let all = [&["strategy", "tracer", "rays"][..], names].concat();
-            std::array::from_fn::<String, 10, _>(|column| all[column].to_owned())
-        };
-        let table = |names: [&'static str; 7], list: fn(&RunDetail) -> &[Seconds]| {
-            let row = |run: &ProfiledRun| {
-                let cells = names.map(|name| of(list(&run.detail), name));
-                let all = [&kind(run)[..], &cells[..]].concat();
-                std::array::from_fn::<String, 10, _>(|column| all[column].clone())
-            };
-            aligned(&heads(&names), &self.runs.iter().map(row).collect::<Vec<_>>())
-        };
-        let steps = Step::ALL.map(Step::name);
-        format!(
-            "\nSeconds in visibility by step, summed over threads\n{}\nSeconds by phase, wall clock\n{}",
-            table(steps, |detail| &detail.steps),
-            table(PHASES, |detail| &detail.phases),
-        )
-    }
-
-    /// For each other strategy and tracer, its cheapest run that is no further off than `aim`.
-    fn at_equal_error(&self, aim: &ProfiledRun) -> String {
-        let mut text = String::new();
-        for (what, error) in ERRORS {
-            let Some(wanted) = error(aim) else { continue };
-            text += &format!("\nTo the {what} of {} ({:.3} %):\n", aim.name(), 100.0 * wanted);
-            let mut seen = vec![(&aim.strategy, &aim.tracer)];
-            for run in &self.runs {
-                let kind = (&run.strategy, &run.tracer);
-                if seen.contains(&kind) {
-                    continue;
-                }
-                seen.push(kind);
-                let reach = self.runs.iter().filter(|r| (&r.strategy, &r.tracer) == kind);
-                let cheapest = reach
-                    .filter(|r| error(r).is_some_and(|e| e <= wanted))
-                    .min_by(|a, b| a.visibility_seconds.median.total_cmp(&b.visibility_seconds.median));
-                text += &match cheapest {
-                    Some(run) => format!(
-                        "  {}: {:.3} s in visibility, {:.2} times as long\n",
-                        run.name(),
-                        run.visibility_seconds.median,
-                        run.visibility_seconds.median / aim.visibility_seconds.median.max(f64::MIN_POSITIVE)
-                    ),
-                    None => format!("  {}, {}: not reached\n", run.strategy, run.tracer),
-                };
+    /// Phases that any of the runs has, in the order in which they come up; `other` is the last.
+    pub(super) fn phases(&self) -> Vec<&'static str> {
+        let mut names: Vec<&str> = Vec::new();
+        for phase in self.runs.iter().flat_map(|run| &run.detail.phases) {
+            if !names.contains(&phase.name) {
+                names.push(phase.name);
             }
         }
-        text
+        names.sort_by_key(|&name| name == OTHER);
+        names
+    }
+
+    /// For each other strategy and tracer, its cheapest run that is no further off than the aim, by each error.
+    pub(super) fn at_equal_error(&self) -> Vec<AtEqualError> {
+        let Some(aim) = self.runs.first() else { return Vec::new() };
+        let of = |&(what, error): &Error| {
+            let wanted = error(aim)?;
+            let others: Vec<String> = self
+                .kinds()
+                .into_iter()
+                .skip(1)
+                .map(|(kind, _)| {
+                    let reach = self.runs.iter().filter(|run| run.kind() == kind);
+                    let cheapest = reach
+                        .filter(|run| error(run).is_some_and(|error| error <= wanted * (1.0 + SAME)))
+                        .min_by(|a, b| a.visibility_seconds.median.total_cmp(&b.visibility_seconds.median));
+                    let seconds = aim.visibility_seconds.median.max(f64::MIN_POSITIVE);
+                    match cheapest.map(|run| (run.name(), run.visibility_seconds.median)) {
+                        Some((name, median)) => format!(
+                            "{name}: {median:.3} s in visibility, {:.2} times as long",
+                            median / seconds
+                        ),
+                        None => format!("{kind}: not reached"),
+                    }
+                })
+                .collect();
+            let found = AtEqualError { what, wanted, aim: aim.name(), others };
+            Some(found).filter(|found| !found.others.is_empty())
+        };
+        ERRORS.iter().filter_map(of).collect()
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::detail::Seconds;
     use super::*;
+    use std::collections::HashSet;
 
     #[test]
     fn spread_of_few_and_of_none() {
@@ -249,7 +248,7 @@ mod tests {
         let runs = vec![
             run("adaptive", 16, 1.0, 0.02),
             run("root", 4, 0.5, 0.05),
-            run("root", 64, 3.0, 0.02),
+            run("root", 64, 3.0, 0.02 + 1e-9),
             run("root", 256, 9.0, 0.01),
             run("sampled", 16, 10.0, 0.03),
         ];
@@ -262,5 +261,55 @@ mod tests {
         let adaptive = table.lines().find(|line| line.starts_with("adaptive")).expect("a row");
         assert!(adaptive.contains(" 0.100 "), "{adaptive}");
         assert!(!table.contains("irradiance error"), "{table}");
+        let aim = table.find("The aim is the visibility error of adaptive, embree, 16 rays (2.000 %)");
+        assert!(
+            aim.is_some() && table.contains("yardstick of the ratios: sampled, embree, 16 rays"),
+            "{table}"
+        );
+    }
+
+    #[test]
+    fn the_spread_of_one_measurement_is_left_away() {
+        let table = |repeats| {
+            let runs = vec![run("adaptive", 1, 1.0, 0.02)];
+            Profile { runs, repeats, threads: 1, triangles: 1, ..Profile::default() }.table()
+        };
+        assert!(table(2).contains("±%") && !table(1).contains('±'), "{}", table(1));
+        assert!(table(1).contains("1 triangle, 1 thread, made once; "), "{}", table(1));
+        assert!(!table(1).contains("The aim"), "there is nothing else: {}", table(1));
+    }
+
+    #[test]
+    fn no_two_kinds_look_alike() {
+        use crate::visibility::Strategy::{Adaptive, All, Root, Sampled, Shaft};
+        for tracers in [&["embree", "fallback"][..], &["fallback", "embree"], &["fallback"]] {
+            let mut runs = Vec::new();
+            for (which, &tracer) in tracers.iter().enumerate() {
+                for strategy in [All, Root, Shaft, Adaptive, Sampled] {
+                    let of = |tracer: &str| ProfiledRun {
+                        tracer: tracer.to_owned(),
+                        ..run(strategy.name(), 4, 1.0, 0.1)
+                    };
+                    match (strategy, which) {
+                        (All, 0) => runs.push(of(NO_TRACER)),
+                        (All, _) => {}
+                        _ => runs.push(of(tracer)),
+                    }
+                }
+            }
+            let kinds = Profile { runs, ..Profile::default() }.kinds();
+            let looks: HashSet<Look> = kinds.iter().map(|&(_, look)| look).collect();
+            assert_eq!((kinds.len(), looks.len()), (1 + 4 * tracers.len(), kinds.len()), "{kinds:?}");
+        }
+    }
+
+    #[test]
+    fn phases_are_those_of_all_runs_and_the_rest_is_last() {
+        let with = |names: &[&'static str]| {
+            let phases = names.iter().map(|&name| Seconds { name, seconds: 1.0 }).collect();
+            ProfiledRun { detail: RunDetail { phases, ..RunDetail::default() }, ..ProfiledRun::default() }
+        };
+        let runs = vec![with(&["refine", "other"]), with(&["refine", "weigh", "other"])];
+        assert_eq!(Profile { runs, ..Profile::default() }.phases(), ["refine", "weigh", "other"]);
     }
 }

@@ -1,20 +1,21 @@
-//! Text that stands in columns.
+//! Text that stands in columns, and numbers with what they count.
 
 use std::fmt::Write;
 
-/// Columns of equal width: words to the left, what holds a digit to the right.
-pub(super) fn aligned<const N: usize>(heads: &[String; N], rows: &[[String; N]]) -> String {
-    let widths: [usize; N] = std::array::from_fn(|column| {
-        let cells = rows.iter().chain([heads]).map(|row| row[column].chars().count());
-        cells.max().unwrap_or(0)
-    });
-    let is_number: [bool; N] = std::array::from_fn(|column| {
-        rows.iter().any(|row| row[column].starts_with(|c: char| c.is_ascii_digit() || c == '+' || c == '-'))
-    });
+/// Columns of equal width: words to the left, what begins with a digit to the right. Rows are as long as the first.
+pub(super) fn aligned<R: AsRef<[String]>>(heads: &R, rows: &[R]) -> String {
+    let lines = || [heads].into_iter().chain(rows).map(AsRef::as_ref);
+    let is_digit = |c: char| c.is_ascii_digit() || c == '+' || c == '-';
+    let columns: Vec<(usize, bool)> = (0..heads.as_ref().len())
+        .map(|column| {
+            let width = lines().map(|row| row[column].chars().count()).max().unwrap_or(0);
+            (width, rows.iter().any(|row| row.as_ref()[column].starts_with(is_digit)))
+        })
+        .collect();
     let mut text = String::new();
-    for row in [heads].into_iter().chain(rows) {
+    for row in lines() {
         let mut line = String::new();
-        for ((cell, width), is_number) in row.iter().zip(widths).zip(is_number) {
+        for (cell, &(width, is_number)) in row.iter().zip(&columns) {
             // Writing to a string cannot fail.
             let _ =
                 if is_number { write!(line, "{cell:>width$}  ") } else { write!(line, "{cell:<width$}  ") };
@@ -23,4 +24,33 @@ pub(super) fn aligned<const N: usize>(heads: &[String; N], rows: &[[String; N]])
         text.push('\n');
     }
     text
+}
+
+/// Such as `1 ray` and `2 rays`.
+pub(crate) fn counted(count: u64, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
+/// Such as `once` and `2 times`.
+pub(crate) fn times(count: u32) -> String {
+    if count == 1 { "once".to_owned() } else { format!("{count} times") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_is_singular() {
+        let all = [0, 1, 2].map(|count| counted(count, "ray"));
+        assert_eq!(all, ["0 rays", "1 ray", "2 rays"]);
+        assert_eq!([times(1), times(3)], ["once", "3 times"]);
+    }
+
+    #[test]
+    fn numbers_stand_to_the_right_and_words_to_the_left() {
+        let row = |cells: [&str; 2]| cells.map(str::to_owned);
+        let text = aligned(&row(["name", "n"]), &[row(["a", "1"]), row(["lamp", "12"])]);
+        assert_eq!(text, "name   n\na      1\nlamp  12\n");
+    }
 }

@@ -14,6 +14,9 @@ use crate::progress::{Span, Timeline};
 /// The row of the phases; the threads follow.
 const PHASES: usize = 0;
 
+/// Phases in the file, at most; the longest.
+const MOST_PHASES: usize = 10_000;
+
 /// Something that holds phases, such as one of several runs.
 #[derive(Clone, Debug)]
 pub struct Stage {
@@ -101,7 +104,7 @@ fn trace(phases: &[Span], slices: &[Vec<Span>], stages: &[Stage]) -> Trace {
         move |span: &Span| Event::lasting(kind, row, span.name.to_owned(), [span.start, span.end])
     };
     events.extend(stages.iter().map(|s| Event::lasting("stage", PHASES, s.name.clone(), [s.start, s.end])));
-    events.extend(phases.iter().map(of("phase", PHASES)));
+    events.extend(longest(phases, MOST_PHASES).map(of("phase", PHASES)));
     for (index, slices) in slices.iter().enumerate() {
         let row = index + 1;
         events.push(Event::naming("thread_name", row, format!("thread {row}")));
@@ -110,9 +113,30 @@ fn trace(phases: &[Span], slices: &[Vec<Span>], stages: &[Stage]) -> Trace {
     Trace { unit: "ms", events }
 }
 
+/// The longest spans, at most so many and in order.
+fn longest(spans: &[Span], most: usize) -> impl Iterator<Item = &Span> {
+    let mut order: Vec<usize> = (0..spans.len()).collect();
+    order.sort_by_key(|&index| std::cmp::Reverse(spans[index].length()));
+    order.truncate(most);
+    order.sort_unstable();
+    order.into_iter().map(|index| &spans[index])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn of_too_many_phases_the_longest_are_kept() {
+        let lengths = [5, 1, 4, 1, 3];
+        let spans = lengths.map(|length| Span {
+            name: "gather",
+            start: Duration::ZERO,
+            end: Duration::from_nanos(length),
+        });
+        let kept = |most| longest(&spans, most).map(|span| span.end.as_nanos()).collect::<Vec<_>>();
+        assert_eq!((kept(3), kept(4), kept(9).len()), (vec![5, 4, 3], vec![5, 1, 4, 3], 5));
+    }
 
     #[test]
     fn times_are_microseconds_and_rows_have_names() {

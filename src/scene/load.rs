@@ -97,8 +97,13 @@ fn unsupported(path: &Path, extension: &str) -> SceneError {
     SceneError::invalid(path, None, message)
 }
 
-/// The file's stem, or its folder's name when the file is just called `scene`.
+/// The file's stem, or its folder's name when the file is just called `scene`. It goes to terminals and pages, so control
+/// characters are blanked.
 fn scene_name(path: &Path) -> String {
+    file_name(path).replace(char::is_control, " ")
+}
+
+fn file_name(path: &Path) -> String {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     if !stem.eq_ignore_ascii_case("scene") {
         return stem;
@@ -108,4 +113,15 @@ fn scene_name(path: &Path) -> String {
         Some(name.to_string_lossy().into_owned())
     });
     folder.unwrap_or(stem)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_has_no_control_characters() {
+        assert_eq!(scene_name(Path::new("a/my \u{1b}[31mred\nroom.toml")), "my  [31mred room");
+        assert_eq!(scene_name(Path::new("room.obj")), "room");
+    }
 }

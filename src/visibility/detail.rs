@@ -1,54 +1,10 @@
 //! Where the work of visibility tests goes: time by step, pairs by what answered them, by their size, and histograms.
 //! Kept per worker only where it is asked for, and added up.
 
+use super::steps::StepTimes;
 use serde::Serialize;
 use std::ops::AddAssign;
-use std::time::{Duration, Instant};
-
-/// A step of a visibility test that is timed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Step {
-    /// Points on both nodes for rays to join, and how much each ray counts.
-    Points,
-    /// Rays through the tracer, with the candidate filter.
-    Rays,
-    /// How bright the source is where rays end.
-    Brightness,
-    /// Shafts built.
-    Shafts,
-    /// Nodes and facets tested against shafts.
-    Culling,
-    /// Facets tried as blockers, and the search for them.
-    Blockers,
-    /// What is left, and rejected hits looked at again.
-    Other,
-}
-
-impl Step {
-    /// All of them, in the order of a test.
-    pub const ALL: [Step; 7] = [
-        Step::Points,
-        Step::Rays,
-        Step::Brightness,
-        Step::Shafts,
-        Step::Culling,
-        Step::Blockers,
-        Step::Other,
-    ];
-
-    /// For tables and records.
-    pub fn name(self) -> &'static str {
-        match self {
-            Step::Points => "points",
-            Step::Rays => "rays",
-            Step::Brightness => "brightness",
-            Step::Shafts => "shafts",
-            Step::Culling => "culling",
-            Step::Blockers => "blockers",
-            Step::Other => "other",
-        }
-    }
-}
+use std::time::Duration;
 
 /// What settled a pair that refinement came to; each settles it one way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -184,8 +140,8 @@ pub(super) const LEVELS: usize = 24;
 /// Everything that is kept besides [`VisibilityCounters`](super::VisibilityCounters). All sums.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Detail {
-    /// Nanoseconds by [`Step`], in the order of [`Step::ALL`], of one test in eight.
-    pub steps: [u64; Step::ALL.len()],
+    /// By [`Step`](super::Step), of one test in eight.
+    pub steps: StepTimes,
     /// By what settled the pair, in the order of [`Answer::ALL`].
     pub answers: [Effort; Answer::ALL.len()],
     /// The same by size: of the pairs at level n the larger node has a radius of at most 1/2ⁿ of the scene's.
@@ -218,36 +174,13 @@ impl Detail {
 
 impl AddAssign<&Detail> for Detail {
     fn add_assign(&mut self, other: &Detail) {
-        self.steps.iter_mut().zip(other.steps).for_each(|(sum, part)| *sum += part);
+        self.steps += &other.steps;
         let own = self.answers.iter_mut().chain(self.levels.iter_mut().flatten());
         let others = other.answers.iter().chain(other.levels.iter().flatten());
         own.zip(others).for_each(|(sum, part)| *sum += *part);
         self.rays += other.rays;
         self.candidates += other.candidates;
         self.filter_calls += other.filter_calls;
-    }
-}
-
-/// The steps of one test in so many are timed: a look at the clock costs as much as a few tens of nanoseconds, and a test
-/// of few rays takes no more than a microsecond.
-const TIMED: u64 = 8;
-
-/// Times the steps of one test after the other.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct StepClock {
-    last: Instant,
-}
-
-impl StepClock {
-    /// For the test of a pair with this seed, if it is one of those that are timed.
-    pub(super) fn of(seed: u64, start: Instant) -> Option<StepClock> {
-        seed.is_multiple_of(TIMED).then_some(StepClock { last: start })
-    }
-
-    /// A step has ended.
-    pub(super) fn lap(&mut self, detail: &mut Detail, step: Step, now: Instant) {
-        detail.steps[step as usize] += nanoseconds(now - self.last);
-        self.last = now;
     }
 }
 
@@ -272,7 +205,6 @@ mod tests {
 
     #[test]
     fn lists_are_in_the_order_of_their_indices() {
-        Step::ALL.into_iter().enumerate().for_each(|(index, step)| assert_eq!(step as usize, index));
         Answer::ALL.into_iter().enumerate().for_each(|(index, answer)| assert_eq!(answer as usize, index));
     }
 

@@ -5,13 +5,15 @@ mod counters;
 mod detail;
 mod end;
 mod rays;
+mod steps;
 mod test;
 mod worker;
 
 pub use counters::VisibilityCounters;
-pub use detail::{Answer, Bin, Detail, Effort, Histogram, Step};
+pub use detail::{Answer, Bin, Detail, Effort, Histogram};
 pub use end::NodeEnd;
 pub use rays::Sighting;
+pub use steps::{Step, StepTimes};
 pub use test::{Brightness, CandidateSet, Class, Inheritance, Pair, Tester, Verdict};
 pub use worker::Worker;
 

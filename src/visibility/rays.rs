@@ -1,6 +1,6 @@
 //! Casting the rays of a pair in packets.
 
-use super::detail::Step;
+use super::steps::Step;
 use super::worker::Worker;
 use super::{Brightness, Pair, Tester};
 use crate::math::PairSequence;
@@ -148,12 +148,12 @@ impl Tester<'_> {
                     Segment { from: from.as_vec3(), to: to.as_vec3(), skip: [from_facet, to_facet] };
                 ready += 1;
             }
+            worker.lap(Step::Points);
             if ready == 0 {
                 continue;
             }
             worker.segments.clear();
             worker.segments.extend_from_slice(&segments[..ready]);
-            worker.lap(Step::Points);
             self.tracer_for_rays().blockers(
                 &segments[..ready],
                 candidates,

@@ -1,7 +1,8 @@
 //! The complete test of a pair.
 
-use super::detail::{Answer, Step};
+use super::detail::Answer;
 use super::rays::{Quota, RayCount, Sighting};
+use super::steps::Step;
 use super::worker::Worker;
 use super::{NodeEnd, Strategy, VisibilityOptions};
 use crate::hierarchy::{Hierarchy, Interval};

@@ -1,7 +1,8 @@
 //! What one task carries from test to test: scratch memory, counters, and the clock of the steps.
 
-use super::detail::{Answer, Detail, Effort, Step, StepClock, nanoseconds};
+use super::detail::{Answer, Detail, Effort, nanoseconds};
 use super::rays::Sighting;
+use super::steps::{Step, StepClock};
 use super::{CandidateSet, VisibilityCounters};
 use crate::tracer::Segment;
 use std::time::Instant;
@@ -82,7 +83,7 @@ impl Worker {
     #[inline]
     pub(super) fn lap(&mut self, step: Step) {
         if let Some(clock) = &mut self.clock {
-            clock.lap(self.detail.get_or_insert_default(), step, Instant::now());
+            clock.lap(step, Instant::now());
         }
     }
 
@@ -106,7 +107,9 @@ impl Worker {
             return;
         }
         if let Some(mut clock) = self.clock.take() {
-            clock.lap(self.detail(), Step::Other, now);
+            clock.lap(Step::Other, now);
+            let work = self.counters.work_since(&begun.counters);
+            clock.add_to(&mut self.detail().steps, work);
         }
         let (answer, level) = outcome(&self.counters);
         let rays = self.counters.rays_cast - begun.counters.rays_cast;

@@ -43,7 +43,7 @@ fn every_field_of_the_record_is_documented() {
     let value = record(&folder, "a.json");
     let documented = include_str!("../../docs/compare.md");
     let mut names: Vec<&String> = value.as_object().expect("a record").keys().collect();
-    for inner in ["links", "exitance", "picture"] {
+    for inner in ["links", "exitance", "picture", "setup"] {
         names.extend(value[inner].as_object().expect("a record").keys());
     }
     for inner in ["rays", "worst"] {
@@ -60,7 +60,8 @@ fn every_field_of_the_record_is_documented() {
     for kind in kinds {
         assert!(documented.contains(kind), "docs/compare.md does not explain {kind}");
     }
-    assert_eq!(value["agree"], true);
+    assert_eq!((&value["agree"], &value["format"], &value["repeats"]), (&true.into(), &1.into(), &1.into()));
+    assert!(value["setup"]["embree"].as_str().is_some_and(|version| version.starts_with("4.")), "{value}");
     let all = value["rays"].as_array().and_then(|rays| rays.last()).expect("a sum");
     assert_eq!(all["wrong"], serde_json::json!([0, 0]));
     assert!(all["traced"].as_u64() > Some(2000), "{all}");
@@ -152,6 +153,7 @@ fn replay_files_that_do_not_fit_are_code_4_and_say_why() {
         ),
         ("mesh.replay", "v 0 0 0\n".to_owned(), vec![":1:", "lightshaft replay"]),
         ("empty.replay", String::new(), vec![":1:"]),
+        ("kind.replay", format!("{text}ray 0 0 0 1 0 0 by \u{1b}[31mhand\n"), vec!["control characters"]),
     ] {
         folder.write(name, content);
         let parts = [&[name][..], &parts].concat();
@@ -164,6 +166,47 @@ fn replay_files_that_do_not_fit_are_code_4_and_say_why() {
     run.expect_error(4, &["a.replay", "other geometry"]);
     folder.run(&["compare", "nowhere.toml"]).expect_error(3, &["nowhere.toml"]);
     folder.run(&["compare", "scene.toml", "-q", "--replay", "none.replay"]).expect_error(3, &["none.replay"]);
+}
+
+#[test]
+fn replay_files_are_looked_at_before_all_else_and_only_as_far_as_they_may_go() {
+    let folder = Folder::with_scene();
+    let replay = |file: &str| folder.run(&["compare", "nowhere.toml", "--replay", file]);
+    folder.write("version.replay", "lightshaft replay 7\n");
+    replay("version.replay").expect_error(4, &["version.replay", "version 7"]);
+    std::fs::create_dir(folder.path("folder.replay")).expect("a folder");
+    replay("folder.replay").expect_error(3, &["folder.replay", "not a regular file"]);
+    if cfg!(unix) {
+        let made = std::process::Command::new("mkfifo").arg(folder.path("pipe.replay")).status();
+        assert!(made.expect("mkfifo").success());
+        for file in ["pipe.replay", "/dev/zero"] {
+            replay(file).expect_error(3, &[file, "not a regular file"]);
+        }
+    }
+}
+
+#[test]
+fn options_that_have_no_say_in_a_replay_are_refused() {
+    let folder = Folder::with_scene();
+    for option in [
+        &["--camera", "side"][..],
+        &["--width", "9"],
+        &["--height", "9"],
+        &["--samples", "2"],
+        &["--quality", "draft"],
+        &["--epsilon", "0.1"],
+        &["--min-size", "0.1"],
+        &["--iterations", "9"],
+        &["--certify"],
+        &["--pair-rays", "4"],
+        &["--visibility", "root"],
+    ] {
+        let run = folder.run(&[&["compare", "scene.toml", "--replay", "a.replay"][..], option].concat());
+        assert!(run.code == 2 && run.stderr.contains(option[0]), "{option:?}: {run:?}");
+    }
+    // The sides are part of the geometry.
+    let run = folder.run(&["compare", "scene.toml", "--replay", "a.replay", "--one-sided"]);
+    run.expect_error(3, &["a.replay"]);
 }
 
 #[test]

@@ -20,6 +20,8 @@ fn a_page_of_a_profile_is_one_file_with_all_runs() {
         "<svg ",
         "lightshaft profile --quality draft --repeat 1",
         "fingerprint ",
+        ">quality</th><td>draft<",
+        ">materials</th><td>fingerprint ",
         env!("CARGO_PKG_VERSION"),
     ] {
         assert!(page.contains(part), "{part} is missing:\n{page}");

@@ -41,7 +41,16 @@ fn every_run_is_a_row_a_record_and_a_point_of_the_plot() {
     let expected =
         [("adaptive", 4), ("adaptive", 16), ("sampled", 4), ("sampled", 16)].map(|(s, r)| (s, "fallback", r));
     assert_eq!(kinds, expected);
-    assert_eq!(record["yardstick"], 3, "sampled with 16 rays");
+    assert_eq!((&record["yardstick"], &record["format"]), (&3.into(), &1.into()), "sampled with 16 rays");
+    assert_eq!(record["setup"]["lightshaft"], env!("CARGO_PKG_VERSION"));
+    assert_eq!(record["setup"]["embree"], Value::Null, "it was not used");
+    let setting = |name: &str| {
+        let settings = record["setup"]["values"].as_array().expect("settings");
+        settings.iter().find(|setting| setting["name"] == name).map(|setting| setting["value"].clone())
+    };
+    assert_eq!(setting("quality"), Some("draft".into()), "{record}");
+    assert_eq!(setting("points"), Some("points.txt".into()), "{record}");
+    assert!(["reference", "rays for a point", "materials"].iter().all(|name| setting(name).is_some()));
     let rows: Vec<&str> = run.stdout.lines().skip(2).take(4).collect();
     for (run, row) in runs.iter().zip(rows) {
         let number = |value: &Value| value.as_f64().filter(|&n| n > 0.0).unwrap_or_else(|| panic!("{run}"));
@@ -58,10 +67,36 @@ fn every_run_is_a_row_a_record_and_a_point_of_the_plot() {
     let error = |index: usize| runs[index]["visibility_error"]["mean"].as_f64().expect("a number");
     assert!(error(3) < error(2), "more rays, a smaller error: {record}");
     assert!(runs[2]["certified_share"] == 0.0 && runs[2]["shafts_built"] == 0, "{}", runs[2]);
-    assert!(run.stdout.contains("To the visibility error of adaptive, fallback, 4 rays"), "{}", run.stdout);
+    assert!(
+        run.stdout.contains("The aim is the visibility error of adaptive, fallback, 4 rays"),
+        "{}",
+        run.stdout
+    );
     let plot = std::fs::read_to_string(folder.path("p.svg")).expect("a plot");
     assert!(plot.starts_with("<svg") && plot.trim_end().ends_with("</svg>"), "{plot}");
     assert!(["adaptive", "sampled"].iter().all(|label| plot.contains(label)), "{plot}");
+}
+
+#[test]
+fn what_is_named_twice_is_made_once_and_so_is_what_asks_no_tracer() {
+    let folder = folder();
+    let options = ["--strategies", "all,adaptive,all", "--tracers", "fallback,fallback", "--rays", "4,4"];
+    let run = folder.run(&[&BASE[..], &options, &["--json", "p.json"]].concat());
+    assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{run:?}");
+    let kinds = |record: &Value| -> Vec<(String, String)> {
+        let runs = record["runs"].as_array().expect("runs");
+        runs.iter().map(|run| (kind(run).0.to_owned(), kind(run).1.to_owned())).collect()
+    };
+    let named = |strategy: &str, tracer: &str| (strategy.to_owned(), tracer.to_owned());
+    assert_eq!(kinds(&record(&folder)), [named("all", "none"), named("adaptive", "fallback")]);
+    if !has_embree(&folder) {
+        return;
+    }
+    let options = ["--strategies", "all,root", "--tracers", "auto,embree,fallback", "-o", "p.json"];
+    let run = folder.run(&[&BASE[..], &options].concat());
+    assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{run:?}");
+    let wanted = [named("all", "none"), named("root", "embree"), named("root", "fallback")];
+    assert_eq!(kinds(&record(&folder)), wanted);
 }
 
 #[test]

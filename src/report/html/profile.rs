@@ -5,11 +5,14 @@ use std::path::Path;
 use maud::{Markup, html};
 
 use super::super::bars::{Bar, Group};
+use super::super::detail::Seconds;
+use super::super::look::Look;
 use super::super::plot;
 use super::super::profile::{Profile, ProfiledRun};
+use super::super::text::{counted, times};
 use super::figures::{Image, bar_chart, curves, picture};
 use super::table::{Cell, decimals, table};
-use super::{Page, Section, Setup, work};
+use super::{Page, Section, work};
 use crate::image::write::OutputError;
 
 /// A heat map, to be shown on the page.
@@ -28,14 +31,9 @@ pub struct ShownMap {
 ///
 /// # Errors
 /// When `path` cannot be written.
-pub fn write_profile(
-    path: &Path,
-    found: &Profile,
-    maps: Vec<ShownMap>,
-    setup: &Setup,
-) -> Result<(), OutputError> {
+pub fn write_profile(path: &Path, found: &Profile, maps: Vec<ShownMap>) -> Result<(), OutputError> {
     let page = page(found, maps).map_err(|message| OutputError::Encode { path: path.to_owned(), message })?;
-    page.write(path, setup)
+    page.write(path, &found.setup)
 }
 
 pub(super) fn page(found: &Profile, maps: Vec<ShownMap>) -> Result<Page, String> {
@@ -58,46 +56,82 @@ fn percent(share: f64) -> String {
     format!("{:.3} %", 100.0 * share)
 }
 
-/// Strategy and tracer of each run, the same ones together, as in the plot: its colour, and what that means.
-fn kinds(found: &Profile) -> (Vec<String>, Vec<usize>) {
-    let names = found.kinds();
-    let colours =
-        found.runs.iter().filter_map(|run| names.iter().position(|name| *name == run.kind())).collect();
-    (names, colours)
+/// The look of each run, and what that means.
+fn kinds(found: &Profile) -> (Vec<(String, Look)>, Vec<Look>) {
+    let kinds = found.kinds();
+    let look = |run: &ProfiledRun| kinds.iter().find(|(name, _)| *name == run.kind()).map(|&(_, look)| look);
+    let looks = found.runs.iter().filter_map(look).collect();
+    (kinds, looks)
 }
 
 fn summary(found: &Profile) -> Vec<String> {
+    let made = format!("made {}", times(found.repeats));
     let mut words = vec![format!(
-        "{} triangles, {} threads; {} runs, each made {}, one after the other in turns. Times are medians.",
-        found.triangles,
-        found.threads,
-        found.runs.len(),
-        if found.repeats == 1 { "once".to_owned() } else { format!("{} times", found.repeats) },
+        "{}, {}; {}.{}",
+        counted(found.triangles, "triangle"),
+        counted(found.threads as u64, "thread"),
+        match found.runs.len() {
+            1 => format!("one run, {made}"),
+            count => format!("{}, each {made}, in turns", counted(count as u64, "run")),
+        },
+        if found.repeats > 1 { " Times are medians." } else { "" }
     )];
+    match &found.runs[..] {
+        [] => {}
+        [only] => words.extend(about_one(only)),
+        _ => words.extend(about_several(found)),
+    }
+    words
+}
+
+/// How long it took, how exact it is, and what took the most.
+fn about_one(run: &ProfiledRun) -> Vec<String> {
+    let part = |whole: &str, parts: &[Seconds]| {
+        let all: f64 = parts.iter().map(|part| part.seconds).sum();
+        let most =
+            parts.iter().max_by(|a, b| a.seconds.total_cmp(&b.seconds)).filter(|most| most.seconds > 0.0)?;
+        Some(format!("Of the {whole} {:.0} % goes to {}.", 100.0 * most.seconds / all, most.name))
+    };
+    let told = format!(
+        "{}: {:.3} s in visibility, summed over threads, and {:.2} s in all by the clock; the error of visibility is {}.",
+        run.name(),
+        run.visibility_seconds.median,
+        run.total_seconds.median,
+        percent(run.visibility_error.mean)
+    );
+    let phase = part("time by the clock", &run.detail.phases);
+    let step = part("time in visibility", &run.detail.steps);
+    [Some(told), phase, step].into_iter().flatten().collect()
+}
+
+fn about_several(found: &Profile) -> Vec<String> {
     let seconds = |run: &ProfiledRun| run.visibility_seconds.median;
     let error = |run: &ProfiledRun| run.visibility_error.mean;
     let least =
         |value: &dyn Fn(&ProfiledRun) -> f64| found.runs.iter().min_by(|a, b| value(a).total_cmp(&value(b)));
-    let Some(yardstick) = found.runs.get(found.yardstick) else { return words };
-    let about = |run: &ProfiledRun| {
-        let ratio = seconds(run) / seconds(yardstick).max(f64::MIN_POSITIVE);
-        format!(
-            "{:.3} s in visibility, {ratio:.2} of the time of {}, with an error of {}",
-            seconds(run),
-            yardstick.name(),
-            percent(error(run))
-        )
-    };
-    words.push(format!(
-        "What the others are measured by is {}: {:.3} s in visibility, with an error of {}.",
+    let Some(yardstick) = found.runs.get(found.yardstick) else { return Vec::new() };
+    let mut words = vec![format!(
+        "The yardstick, to which ratios of time are, is {}: {:.3} s in visibility, with an error of {}.",
         yardstick.name(),
         seconds(yardstick),
         percent(error(yardstick))
-    ));
-    for (what, best) in [("fastest", least(&seconds)), ("most exact", least(&error))] {
-        words.extend(best.map(|run| match std::ptr::eq(run, yardstick) {
-            true => format!("The {what} is {}, by which the others are measured.", run.name()),
-            false => format!("The {what} is {}: {}.", run.name(), about(run)),
+    )];
+    let mut best = vec![("fastest", least(&seconds)), ("most exact", least(&error))];
+    if let [(_, Some(fast)), (_, Some(exact))] = best[..]
+        && std::ptr::eq(fast, exact)
+    {
+        best = vec![("fastest and the most exact", Some(fast))];
+    }
+    for (what, run) in best {
+        words.extend(run.map(|run| match std::ptr::eq(run, yardstick) {
+            true => format!("The {what} is the yardstick itself."),
+            false => format!(
+                "The {what} is {}: {:.3} s in visibility, {:.2} of the time of the yardstick, with an error of {}.",
+                run.name(),
+                seconds(run),
+                found.ratio(run),
+                percent(error(run))
+            ),
         }));
     }
     words
@@ -117,14 +151,19 @@ fn heat_maps(found: &Profile, maps: Vec<ShownMap>) -> Markup {
 }
 
 fn error_against_time(found: &Profile) -> Result<Markup, String> {
-    let (names, _) = kinds(found);
+    let (legend, _) = kinds(found);
     let plot = plot::profile(found, String::new());
+    let aims = found.at_equal_error();
     Ok(html! {
         p {
             "Further to the left is faster, further down is more exact; points are named by their rays for a pair. The error is how far the visibility of the "
             "links is from that of 256 rays, in the mean over links by the power they carry."
         }
-        (curves("Visibility error (%) against seconds in visibility, over all threads", &names, &plot)?)
+        (curves("Visibility error (%) against seconds in visibility, over all threads", &legend, &plot)?)
+        @for aim in &aims {
+            p { (aim.words()) }
+            ul { @for other in &aim.others { li { (other) } } }
+        }
     })
 }
 
@@ -133,24 +172,24 @@ type Figure = (f64, Option<(f64, f64)>, String);
 
 /// A chart for each figure, a bar for each run.
 fn bars(found: &Profile) -> Result<Markup, String> {
-    let (names, colours) = kinds(found);
+    let (legend, looks) = kinds(found);
     let chart = |caption: &str, bar: &dyn Fn(&ProfiledRun) -> Figure| {
         let groups: Vec<Group> = found
             .runs
             .iter()
-            .zip(&colours)
-            .map(|(run, &colour)| {
+            .zip(&looks)
+            .map(|(run, &look)| {
                 let (value, range, text) = bar(run);
-                Group { name: run.name(), bars: vec![Bar { value, range, text, colour }] }
+                Group { name: run.name(), bars: vec![Bar { value, range, text, look }] }
             })
             .collect();
-        bar_chart(caption, &names, &groups)
+        bar_chart(caption, &legend, &groups)
     };
-    let time =
-        chart("Time in visibility, over all threads; the thin line goes from least to most", &|run| {
-            let spread = run.visibility_seconds;
-            (spread.median, Some((spread.min, spread.max)), format!("{:.3} s", spread.median))
-        })?;
+    let range = if found.repeats > 1 { "; the thin line goes from least to most" } else { "" };
+    let time = chart(&format!("Time in visibility, over all threads{range}"), &|run| {
+        let spread = run.visibility_seconds;
+        (spread.median, Some((spread.min, spread.max)), format!("{:.3} s", spread.median))
+    })?;
     let error = chart("Visibility error, mean over links by power", &|run| {
         (run.visibility_error.mean, None, percent(run.visibility_error.mean))
     })?;
@@ -169,44 +208,54 @@ fn bars(found: &Profile) -> Result<Markup, String> {
 }
 
 /// A column: its head and how its cell is made.
-type Column = (&'static str, fn(&ProfiledRun) -> Cell);
+type Column = (&'static str, fn(&Profile, &ProfiledRun) -> Cell);
 
-const COLUMNS: [Column; 15] = [
-    ("strategy", |run| Cell::words(&run.strategy)),
-    ("tracer", |run| Cell::words(&run.tracer)),
-    ("rays for a pair", |run| Cell::count(run.rays.into())),
-    ("visibility (s)", |run| decimals(run.visibility_seconds.median, 3)),
-    ("± %", |run| decimals(100.0 * run.visibility_seconds.relative(), 1)),
-    ("total (s)", |run| decimals(run.total_seconds.median, 2)),
-    ("V error (%)", |run| decimals(100.0 * run.visibility_error.mean, 3)),
-    ("V 99.9 (%)", |run| decimals(100.0 * run.visibility_error.percentile_999, 2)),
-    ("links", |run| Cell::count(run.links)),
-    ("pairs tested", |run| Cell::count(run.pairs_tested)),
-    ("rays cast", |run| Cell::count(run.rays_cast)),
-    ("rays avoided", |run| Cell::count(run.rays_avoided)),
-    ("shafts built", |run| Cell::count(run.shafts_built)),
-    ("proved (%)", |run| decimals(100.0 * run.certified_share, 1)),
-    ("memory (MB)", |run| Cell::count(run.peak_rss_bytes >> 20)),
+const TIMES: [Column; 4] = [
+    ("strategy", |_, run| Cell::words(&run.strategy)),
+    ("tracer", |_, run| Cell::words(&run.tracer)),
+    ("rays for a pair", |_, run| Cell::count(run.rays.into())),
+    ("visibility (s)", |_, run| decimals(run.visibility_seconds.median, 3)),
 ];
 
+/// Where there are several measurements.
+const SPREAD: Column = ("± %", |_, run| decimals(100.0 * run.visibility_seconds.relative(), 1));
+
+const FIGURES: [Column; 13] = [
+    ("ratio", |found, run| decimals(found.ratio(run), 3)),
+    ("total (s)", |_, run| decimals(run.total_seconds.median, 2)),
+    ("V error (%)", |_, run| decimals(100.0 * run.visibility_error.mean, 3)),
+    ("V 99.9 (%)", |_, run| decimals(100.0 * run.visibility_error.percentile_999, 2)),
+    ("links", |_, run| Cell::count(run.links)),
+    ("pairs tested", |_, run| Cell::count(run.pairs_tested)),
+    ("rays cast", |_, run| Cell::count(run.rays_cast)),
+    ("rays avoided", |_, run| Cell::count(run.rays_avoided)),
+    ("filter calls", |_, run| Cell::count(run.detail.filter_calls)),
+    ("rejected (%)", |_, run| decimals(100.0 * run.detail.rejected(), 1)),
+    ("shafts built", |_, run| Cell::count(run.shafts_built)),
+    ("proved (%)", |_, run| decimals(100.0 * run.certified_share, 1)),
+    ("memory (MB)", |_, run| Cell::count(run.peak_rss_bytes >> 20)),
+];
+
+/// Where there is a reference.
+const IRRADIANCE: Column =
+    ("E error (%)", |_, run| decimals(100.0 * run.irradiance_error.map_or(f64::NAN, |error| error.rms), 2));
+
 fn figures(found: &Profile) -> Markup {
-    let mut heads: Vec<String> = COLUMNS.iter().map(|(head, _)| (*head).to_owned()).collect();
     let has_reference = found.runs.iter().any(|run| run.irradiance_error.is_some());
-    if has_reference {
-        heads.push("E error (%)".to_owned());
-    }
-    let row = |run: &ProfiledRun| {
-        let mut cells: Vec<Cell> = COLUMNS.iter().map(|(_, cell)| cell(run)).collect();
-        if has_reference {
-            cells.push(decimals(100.0 * run.irradiance_error.map_or(f64::NAN, |error| error.rms), 2));
-        }
-        cells
-    };
+    let spread = (found.repeats > 1).then_some(SPREAD);
+    let irradiance = has_reference.then_some(IRRADIANCE);
+    let columns: Vec<Column> = TIMES.into_iter().chain(spread).chain(FIGURES).chain(irradiance).collect();
+    let heads: Vec<String> = columns.iter().map(|(head, _)| (*head).to_owned()).collect();
+    let row = |run: &ProfiledRun| columns.iter().map(|(_, cell)| cell(found, run)).collect();
     let rows: Vec<Vec<Cell>> = found.runs.iter().map(row).collect();
     html! {
         p {
+            @if let Some(yardstick) = found.runs.get(found.yardstick) {
+                "Ratio: seconds in visibility over those of the yardstick, " (yardstick.name()) ". "
+            }
             "V: visibility of the links against 256 rays, the mean and what links with a thousandth of the power exceed. "
             @if has_reference { "E: irradiance at the points against the reference. " }
+            "Filter: the candidate filter, and the hits it rejected. "
             "Proved: pairs whose visibility is proved, of all that refinement ended at."
         }
         (table("A row for each run", &heads, &rows, None))

@@ -47,7 +47,7 @@ pub(super) fn table(name: &str, heads: &[String], rows: &[Vec<Cell>], last: Opti
                 @for (column, cell) in row.iter().enumerate() {
                     @let value = cell.number.map(|number| number.to_string());
                     @if column == 0 {
-                        th scope="row" data-value=[value] { (cell.text) }
+                        th.number[is_number[0]] scope="row" data-value=[value] { (cell.text) }
                     } @else {
                         td.number[is_number[column]] data-value=[value] { (cell.text) }
                     }

@@ -2,7 +2,9 @@
 
 use super::super::compare::CompareReport;
 use super::super::compare::tests::report;
+use super::super::detail::{RunDetail, Seconds};
 use super::super::profile::{Profile, ProfiledRun, Spread};
+use super::super::setup::Setting;
 use super::*;
 use crate::radiosity::VisibilityError;
 
@@ -24,7 +26,11 @@ fn profile_page(runs: Vec<ProfiledRun>, name: &str) -> String {
 }
 
 fn setup(name: &str) -> Setup {
-    Setup { command: format!("lightshaft compare '{name}'"), values: vec![("scene", name.to_owned())] }
+    Setup {
+        command: format!("lightshaft compare '{name}'"),
+        values: vec![Setting::new("scene", name)],
+        ..Setup::default()
+    }
 }
 
 fn run(name: &str, seconds: f64, error: f64) -> ProfiledRun {
@@ -95,6 +101,40 @@ fn figures_that_are_not_numbers_and_no_runs_at_all_make_a_page() {
     }
     let page = compare_page(report(0, f64::NAN), "room");
     assert!(page.contains("The tracers disagree: the light differs by NaN"), "{page}");
+}
+
+#[test]
+fn a_profile_of_one_run_names_what_takes_the_most() {
+    let seconds = |name, seconds| Seconds { name, seconds };
+    let detail = RunDetail {
+        phases: vec![seconds("refine", 3.0), seconds("gather", 1.0)],
+        steps: vec![seconds("rays", 1.0), seconds("culling", 4.0)],
+        ..RunDetail::default()
+    };
+    let page = profile_page(vec![ProfiledRun { detail, ..run("adaptive", 5.0, 0.02) }], "room");
+    for part in [
+        "one run, made 3 times. Times are medians.",
+        "5.000 s in visibility",
+        "Of the time by the clock 75 % goes to refine.",
+        "Of the time in visibility 80 % goes to culling.",
+    ] {
+        assert!(page.contains(part), "{part} is missing: {page}");
+    }
+    assert!(!page.contains("fastest") && !page.contains("The aim is"), "{page}");
+}
+
+#[test]
+fn a_profile_of_several_has_ratios_and_what_the_aim_takes() {
+    let page = profile_page(vec![run("adaptive", 1.0, 0.02), run("root", 2.0, 0.01)], "room");
+    for part in [
+        ">ratio</button>",
+        ">filter calls</button>",
+        "The aim is the visibility error of adaptive, adaptive, 16 rays (2.000 %).",
+        "<li>root, root, 16 rays: 2.000 s in visibility, 2.00 times as long</li>",
+        "The yardstick, to which ratios of time are, is adaptive, adaptive, 16 rays",
+    ] {
+        assert!(page.contains(part), "{part} is missing: {page}");
+    }
 }
 
 #[test]

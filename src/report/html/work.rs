@@ -5,6 +5,7 @@ use maud::{Markup, html};
 
 use super::super::bars::{Bar, Group};
 use super::super::detail::{RunDetail, Seconds};
+use super::super::look::Look;
 use super::super::profile::{Profile, ProfiledRun};
 use super::figures::bar_chart;
 use super::table::{Cell, decimals, table};
@@ -15,19 +16,15 @@ pub(super) fn seconds(found: &Profile) -> Result<Markup, String> {
     let groups: Vec<Group> = found.runs.iter().map(steps_of).collect();
     let steps = bar_chart("Seconds in visibility tests by step, over all threads", &[], &groups)?;
     Ok(html! {
-        p { "Rays include the candidate filter. The steps of one test in eight are timed and stand for all." }
+        p { "Rays include the candidate filter. The steps of one test in eight are timed, in all repeats, and stand for all; a test "
+            "that another program interrupted cannot change them much." }
         (steps) (phases(found))
     })
 }
 
 /// A row for each run, a column for each phase that any of them has.
 fn phases(found: &Profile) -> Markup {
-    let mut names: Vec<&str> = Vec::new();
-    for phase in found.runs.iter().flat_map(|run| &run.detail.phases) {
-        if !names.contains(&phase.name) {
-            names.push(phase.name);
-        }
-    }
+    let names = found.phases();
     let row = |run: &ProfiledRun| {
         let of = |name: &&str| run.detail.phases.iter().find(|phase| phase.name == *name);
         let seconds = names.iter().map(|name| decimals(of(name).map_or(0.0, |phase| phase.seconds), 3));
@@ -45,7 +42,7 @@ fn steps_of(run: &ProfiledRun) -> Group {
     let bar = |step: &Seconds| {
         let share = 100.0 * step.seconds / all.max(f64::MIN_POSITIVE);
         let text = format!("{} {:.3} s, {share:.0} %", step.name, step.seconds);
-        Bar { value: step.seconds, range: None, text, colour: 0 }
+        Bar { value: step.seconds, range: None, text, look: Look::filled(0) }
     };
     Group { name: run.name(), bars: steps.iter().filter(|step| step.seconds > 0.0).map(bar).collect() }
 }
@@ -131,7 +128,7 @@ fn histogram(caption: &str, bins: &[Bin]) -> Result<Markup, String> {
             true => format!("{}: {}", bin.from, bin.count),
             false => format!("{} to {}: {}", bin.from, bin.to, bin.count),
         },
-        colour: 0,
+        look: Look::filled(0),
     });
     bar_chart(caption, &[], &[Group { name: "value: how often".to_owned(), bars: bars.collect() }])
 }

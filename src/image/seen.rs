@@ -1,0 +1,41 @@
+//! What a camera sees, for scales that have to say something in its picture.
+
+use super::camera::Lens;
+use super::render::point_on_plane;
+use crate::hierarchy::{Hierarchy, Side};
+use crate::radiosity::Solution;
+use crate::scene::Camera;
+use crate::tracer::{PACKET, Ray, Tracer};
+
+/// Most rays along one side of the picture.
+const ALONG: u32 = 256;
+
+/// The leaf elements that rays spread evenly over the picture meet, one for each ray that meets any; at most 65 536 rays.
+pub fn seen(hierarchy: &Hierarchy, tracer: &dyn Tracer, solution: &Solution, camera: &Camera) -> Vec<u32> {
+    let lens = Lens::new(camera, &hierarchy.frame);
+    let at = |index: u32, pixels: u32| {
+        let count = pixels.min(ALONG);
+        (index as f32 + 0.5) * pixels as f32 / count as f32
+    };
+    let [columns, rows] = [camera.width, camera.height].map(|pixels| pixels.min(ALONG));
+    let across = |y| (0..columns).map(move |x| (x, y));
+    let rays: Vec<Ray> = (0..rows)
+        .flat_map(across)
+        .map(|(x, y)| lens.ray(at(x, camera.width), at(y, camera.height)))
+        .collect();
+    let mut elements = Vec::with_capacity(rays.len());
+    for packet in rays.chunks(PACKET) {
+        let mut hits = [None; PACKET];
+        tracer.first_hits(packet, &mut hits[..packet.len()]);
+        for (ray, hit) in packet.iter().zip(hits) {
+            let Some(hit) = hit else { continue };
+            let plane = &hierarchy.facets[hit.facet as usize].plane;
+            let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+            let side = Side { facet: hit.facet, back: plane.distance(origin) < 0.0 };
+            let Some(index) = solution.forest.side_index(side) else { continue };
+            let point = point_on_plane(origin, direction, hit.t as f64, plane);
+            elements.push(solution.forest.leaf_on(hierarchy, index, point).id());
+        }
+    }
+    elements
+}
