@@ -12,9 +12,12 @@ use rayon::prelude::*;
 /// Rays of a first look, each standing for the same power: rooms are measured with them.
 const FEW: u32 = 1 << 12;
 
-/// Where half of the light escapes, so many rays find how much to about a seventh of a per cent; where less does,
-/// fewer rays find it as well.
+/// Where half of the light escapes or more, so many rays find how much to about a seventh of a per cent; where less
+/// does, fewer rays find it as well.
 const MOST: u32 = 1 << 17;
+
+/// So many rays that meet a surface tell how large the rooms are.
+const ENOUGH: usize = 256;
 
 /// Light caught in a narrow gap makes no room smaller than this share of the smaller facet at its ends.
 const LEAST_WALL: f64 = 0.04;
@@ -57,14 +60,19 @@ pub(super) fn flight(hierarchy: &Hierarchy, forest: &Forest, light: &Light, trac
     }
     let first = followed(FEW);
     let gone = first.escaped + first.on_backs;
-    // As exact as the most rays are about one half.
-    let wanted = (4.0 * gone * (1.0 - gone) * f64::from(MOST)) as u32;
+    // As exact as the most rays are about one half, and what lands in proportion to itself, too.
+    let share = (4.0 * gone * (1.0 - gone)).max(gone / (1.0 - gone));
+    let wanted = (share.min(1.0) * f64::from(MOST)) as u32;
     if wanted > FEW { followed(wanted.next_multiple_of(PACKET as u32)) } else { first }
 }
 
 /// Measures the rooms that the light fills.
 pub(super) fn rooms(hierarchy: &Hierarchy, forest: &Forest, light: &Light, tracer: &dyn Tracer) -> Rooms {
-    let landings = Senders::new(forest, light).followed(hierarchy, forest, tracer, FEW);
+    let senders = Senders::new(forest, light);
+    let mut landings = senders.followed(hierarchy, forest, tracer, FEW);
+    if landings.len() < ENOUGH {
+        landings = senders.followed(hierarchy, forest, tracer, MOST);
+    }
     if landings.is_empty() {
         return Rooms { wall_area: 1.0, count: 1.0 };
     }
