@@ -170,6 +170,19 @@ fn materials_are_found_by_name_wherever_the_library_stands() {
 }
 
 #[test]
+fn names_of_materials_have_no_control_characters() {
+    let quad = r#"[[quad]]
+name = "lamp\nsegment\u001b[31m"
+corners = [[0, 2, 0], [1, 2, 0], [1, 2, 1], [0, 2, 1]]
+radiance = [1, 1, 1]"#;
+    let description = format!("mesh = \"a.obj\"\n{quad}\n");
+    let mesh = format!("{SQUARE}usemtl red\u{1b}[31m\nf 1 2 3 4\n");
+    let scene = Files::new(&[("a.toml", description.as_bytes()), ("a.obj", mesh.as_bytes())]).load().unwrap();
+    let names: Vec<&str> = scene.materials.iter().map(|material| material.name.as_str()).collect();
+    assert!(names.contains(&"lamp segment [31m") && names.contains(&"red [31m"), "{names:?}");
+}
+
+#[test]
 fn missing_libraries_and_materials_are_grey_with_a_warning() {
     let obj = format!("mtllib none.mtl\n{SQUARE}f 1 2 3\nusemtl ghost\nf 1 3 4\nbogus 1 2\n");
     let scene = dark(&obj);

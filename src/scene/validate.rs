@@ -275,7 +275,8 @@ fn clamp(warnings: &mut Vec<String>, file: &str, materials: Vec<DraftMaterial>) 
     materials
         .into_iter()
         .map(|material| Material {
-            name: material.name,
+            // Names go to terminals, pages and files of rays.
+            name: material.name.replace(char::is_control, " "),
             reflectance: material.reflectance.map(|rho| rho.min(HIGHEST_REFLECTANCE) as f32),
             radiance: material.radiance.map(|radiance| radiance as f32),
         })
