@@ -24,9 +24,7 @@ pub(super) struct Device {
 impl Device {
     /// A device that builds on at most `threads` threads; the error is Embree's own text.
     pub(super) fn new(api: &Arc<raw::Api>, threads: usize) -> Result<Self, String> {
-        // Without `user_threads` a worker of TBB spins as long as a device of one thread lives.
-        let config =
-            CString::new(format!("threads={},user_threads=1", threads.max(1))).expect("no NUL in it");
+        let config = CString::new(format!("threads={}", threads.max(1))).expect("no NUL in it");
         // SAFETY: the string is NUL-terminated and read before the call returns.
         let device = unsafe { api.rtcNewDevice(config.as_ptr()) };
         if device.is_null() {
