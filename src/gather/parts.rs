@@ -12,9 +12,6 @@ const MOST_CUTS: u32 = 24;
 /// How far above its facet a point is taken to be, local length.
 const LIFT: f64 = 5.0 * TOLERANCE;
 
-/// A source whose exitance differs by less than this share counts as uniform.
-const EVEN: f32 = 0.05;
-
 /// No point counts more than this times as bright as the part it stands for.
 const BRIGHTEST: f64 = 16.0;
 
@@ -88,14 +85,10 @@ impl<'a> Shining<'a> for SentOut<'a, '_> {
     }
 
     fn exitance_at(&self, piece: &Piece<'a>, point: DVec3) -> Option<DVec3> {
-        let is_even = |element: u32| {
-            let element = element as usize;
-            self.light.variation[element] <= EVEN * self.light.exitance[element].max_element()
-        };
-        if is_even(piece.id()) {
+        if self.light.is_even(piece.id()) {
             return None;
         }
-        let element = self.forest.element_in(piece, point, is_even);
+        let element = self.forest.element_in(piece, point, |element| self.light.is_even(element));
         Some(self.light.exitance[element as usize].as_dvec3())
     }
 

@@ -3,7 +3,7 @@
 
 use super::camera::Lens;
 use super::picture::Picture;
-use super::render::{point_on_plane, sample_offset};
+use super::render::{met, sample_offset};
 use crate::gather::{FinalGather, VisiblePoint};
 use crate::hierarchy::{Hierarchy, Side};
 use crate::math::hash_pair;
@@ -93,10 +93,7 @@ fn seen_in_row(
             tracer.first_hits(&rays, &mut hits[..count]);
             for (ray, hit) in rays.iter().zip(&hits) {
                 let Some(hit) = hit else { continue };
-                let plane = &hierarchy.facets[hit.facet as usize].plane;
-                let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
-                let side = Side { facet: hit.facet, back: plane.distance(origin) < 0.0 };
-                let point = point_on_plane(origin, direction, hit.t as f64, plane);
+                let (side, point) = met(hierarchy, ray, hit);
                 match shares[of_pixel..].iter_mut().find(|share| share.side == side) {
                     Some(share) => {
                         share.sum += point;

@@ -141,15 +141,12 @@ impl Shader<'_> {
 
     /// Radiance towards the start of the ray.
     fn radiance(&self, ray: &Ray, hit: &Hit) -> Vec3 {
-        let plane = &self.hierarchy.facets[hit.facet as usize].plane;
-        let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
-        let back = plane.distance(origin) < 0.0;
-        let point = point_on_plane(origin, direction, hit.t as f64, plane);
+        let (side, point) = met(self.hierarchy, ray, hit);
         let material = self.hierarchy.material(hit.facet);
-        let Some(spot) = self.surfaces.look_up(Side { facet: hit.facet, back }, point) else {
+        let Some(spot) = self.surfaces.look_up(side, point) else {
             return Vec3::ZERO;
         };
-        let emitted = if back { Vec3::ZERO } else { Vec3::from(material.radiance) };
+        let emitted = if side.back { Vec3::ZERO } else { Vec3::from(material.radiance) };
         let radiance = emitted + Vec3::from(material.reflectance) * spot.irradiance / PI;
         let pixel = hit.t * self.pixel_angle;
         match &self.look {
@@ -164,12 +161,14 @@ impl Shader<'_> {
     }
 }
 
-/// The hit in double precision: on the plane itself, unless the ray only grazes it.
-pub(super) fn point_on_plane(origin: DVec3, direction: DVec3, t: f64, plane: &crate::math::Plane) -> DVec3 {
+/// The side that a ray met and where, in double precision: on its plane itself, unless the ray only grazes it.
+pub(super) fn met(hierarchy: &Hierarchy, ray: &Ray, hit: &Hit) -> (Side, DVec3) {
+    let plane = &hierarchy.facets[hit.facet as usize].plane;
+    let (origin, direction, t) = (ray.origin.as_dvec3(), ray.direction.as_dvec3(), hit.t as f64);
     let facing = plane.normal.dot(direction);
     let exact = -plane.distance(origin) / facing;
     let t = if facing.abs() > 1e-6 && (exact - t).abs() < 1e-3 * t { exact } else { t };
-    origin + direction * t
+    (Side { facet: hit.facet, back: plane.distance(origin) < 0.0 }, origin + direction * t)
 }
 
 /// Where in the pixel sample `index` of `count` lies: evenly spread, the first in the middle.

@@ -1,8 +1,8 @@
 //! What a camera sees, for scales that have to say something in its picture.
 
 use super::camera::Lens;
-use super::render::point_on_plane;
-use crate::hierarchy::{Hierarchy, Side};
+use super::render::met;
+use crate::hierarchy::Hierarchy;
 use crate::radiosity::Solution;
 use crate::scene::Camera;
 use crate::tracer::{PACKET, Ray, Tracer};
@@ -29,11 +29,8 @@ pub fn seen(hierarchy: &Hierarchy, tracer: &dyn Tracer, solution: &Solution, cam
         tracer.first_hits(packet, &mut hits[..packet.len()]);
         for (ray, hit) in packet.iter().zip(hits) {
             let Some(hit) = hit else { continue };
-            let plane = &hierarchy.facets[hit.facet as usize].plane;
-            let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
-            let side = Side { facet: hit.facet, back: plane.distance(origin) < 0.0 };
+            let (side, point) = met(hierarchy, ray, &hit);
             let Some(index) = solution.forest.side_index(side) else { continue };
-            let point = point_on_plane(origin, direction, hit.t as f64, plane);
             elements.push(solution.forest.leaf_on(hierarchy, index, point).id());
         }
     }

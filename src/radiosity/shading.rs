@@ -10,9 +10,6 @@ use super::transport::Light;
 use crate::hierarchy::Side;
 use crate::visibility::{Brightness, Sighting};
 
-/// A source whose exitance differs by less than this share counts as uniform: rays differ by far more.
-const EVEN: f32 = 0.05;
-
 /// The exitance of one source.
 pub(super) struct Shading<'a> {
     pub(super) source: &'a Party<'a>,
@@ -25,12 +22,6 @@ impl Shading<'_> {
     fn of(&self, element: u32) -> f64 {
         self.light.exitance[element as usize].element_sum() as f64
     }
-
-    /// Whether the exitance differs so little below an element that no ray's weight does.
-    fn is_even(&self, element: u32) -> bool {
-        let element = element as usize;
-        self.light.variation[element] <= EVEN * self.light.exitance[element].max_element()
-    }
 }
 
 impl Brightness for Shading<'_> {
@@ -42,7 +33,7 @@ impl Brightness for Shading<'_> {
                 let mut add = |element: u32, seen: &[Sighting]| {
                     sum += self.of(element) * seen.iter().map(|sighting| sighting.kernel).sum::<f64>();
                 };
-                let is_even = |element| self.is_even(element);
+                let is_even = |element| self.light.is_even(element);
                 forest.visit_elements_in(piece, sightings, &|s: &Sighting| s.point, &is_even, &mut add);
                 sum
             }

@@ -15,6 +15,9 @@ use std::f32::consts::PI;
 /// Sides handed to a thread at a time.
 const BLOCK: usize = 512;
 
+/// A source whose exitance differs by less than this share counts as uniform: rays differ by far more.
+const EVEN: f32 = 0.05;
+
 /// Light on every element and cluster.
 #[derive(Clone, Debug, Default)]
 pub struct Light {
@@ -225,6 +228,12 @@ impl Light {
             }
         }
         Light { irradiance: vec![Vec3::ZERO; forest.len()], variation, brightest, exitance, ..self.clone() }
+    }
+
+    /// Whether the exitance differs so little below an element that it counts as uniform where rays weigh it.
+    pub fn is_even(&self, element: u32) -> bool {
+        let element = element as usize;
+        self.variation[element] <= EVEN * self.exitance[element].max_element()
     }
 
     /// Power that all surfaces send out, summed over channels, local areas.
