@@ -70,7 +70,7 @@ impl CameraPath {
             let line = file.line(table.span());
             let table = table.into_inner();
             let time = *table.time.get_ref();
-            if !(time.abs() <= LATEST) {
+            if !(-LATEST..=LATEST).contains(&time) {
                 let message = format!("time is {time}; write seconds from {:e} to {LATEST:e}", -LATEST);
                 return file.fault(table.time.span(), message);
             }
