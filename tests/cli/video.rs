@@ -12,7 +12,16 @@ for last; do echo "$last" >> told; done
 /bin/cat > "$last"
 "#;
 
-/// Likewise, but gives up after the trial, having read a little of the video.
+/// Likewise, but fails after the trial, having read all of the video.
+const FAILS_AT_THE_END: &str = r#"#!/bin/sh
+[ "$1" = -version ] && exit 0
+for last; do :; done
+/bin/cat > "$last"
+if [ -e tried ]; then echo "no space left" >&2; exit 3; fi
+: > tried
+"#;
+
+/// Likewise, having read a little of the video.
 const GIVES_UP: &str = r#"#!/bin/sh
 [ "$1" = -version ] && exit 0
 for last; do :; done
@@ -101,15 +110,16 @@ fn a_program_that_refuses_is_found_before_anything_is_solved() {
 
 #[test]
 fn a_program_that_gives_up_later_leaves_the_old_video() {
-    let folder = with_program(GIVES_UP);
-    folder.write("a.mp4", "old");
-    // More than a pipe holds, so that writing to it fails, and not only its end.
-    let size = ["--width", "400", "--height", "300"];
-    let run =
-        run(&folder, &[&["-o", "f/%d.png", "--turntable", "3", "--video", "a.mp4"], &size[..]].concat());
-    run.expect_error(6, &["a.mp4", "no space left"]);
-    assert_eq!(std::fs::read(folder.path("a.mp4")).expect("readable"), b"old");
-    assert_eq!(folder.names(), ["a.mp4", "bin", "corner.obj", "f", "scene.toml", "tried"]);
+    for text in [GIVES_UP, FAILS_AT_THE_END] {
+        let folder = with_program(text);
+        folder.write("a.mp4", "old");
+        // More than a pipe holds, so that writing to it fails, and not only its end.
+        let size = ["--width", "400", "--height", "300"];
+        let turn = ["-o", "f/%d.png", "--turntable", "3", "--video", "a.mp4"];
+        run(&folder, &[&turn[..], &size].concat()).expect_error(6, &["a.mp4", "no space left"]);
+        assert_eq!(std::fs::read(folder.path("a.mp4")).expect("readable"), b"old");
+        assert_eq!(folder.names(), ["a.mp4", "bin", "corner.obj", "f", "scene.toml", "tried"]);
+    }
 }
 
 #[test]
