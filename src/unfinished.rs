@@ -3,6 +3,7 @@
 use std::fs::File;
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::process::Stdio;
 
 use tempfile::{Builder, NamedTempFile};
 
@@ -36,6 +37,28 @@ impl Unfinished {
             content.file().set_permissions(replaced.permissions())?;
         }
         Ok(Self { destination, content })
+    }
+
+    /// What another program needs to fill the file: what it gets as its standard output, and the name by which it can
+    /// open the file then.
+    ///
+    /// # Errors
+    /// When the system refuses.
+    pub fn lend(&self) -> io::Result<(Stdio, PathBuf)> {
+        match &self.content {
+            // It needs no rights over this process, and sees a file in which it can go back and forth.
+            #[cfg(target_os = "linux")]
+            Content::Unnamed(file) => Ok((Stdio::from(file.try_clone()?), PathBuf::from("/proc/self/fd/1"))),
+            Content::Named(file) => Ok((Stdio::null(), std::path::absolute(file.path())?)),
+        }
+    }
+
+    /// Bytes that are in it so far.
+    ///
+    /// # Errors
+    /// When the system refuses.
+    pub fn size(&self) -> io::Result<u64> {
+        Ok(self.content.file().metadata()?.len())
     }
 
     /// Moves the file to its place in one step.

@@ -423,7 +423,7 @@ fn a_path_that_is_no_scene_says_what_it_is() {
     }
     let error = load(folder.path(), &LoadOptions::default(), &Silent).unwrap_err();
     assert_eq!(error.kind(), Io);
-    assert!(error.to_string().contains("is a folder; give the scene file in it"), "{error}");
+    assert!(error.to_string().contains("is a folder; give a file in it"), "{error}");
 }
 
 #[test]

@@ -5,11 +5,13 @@ mod compare;
 mod convergence;
 mod profile;
 mod stored;
+mod views;
 
 pub(super) use compare::CompareArgs;
 pub(super) use convergence::ConvergenceArgs;
 pub(super) use profile::ProfileArgs;
 pub(super) use stored::{SolveArgs, StoredArgs};
+pub(super) use views::{MAX_FRAMES, ViewsArgs};
 
 use std::path::PathBuf;
 
@@ -30,7 +32,7 @@ pub(super) struct Arguments {
 
 #[derive(Debug, Subcommand)]
 pub(super) enum Verb {
-    /// Solve a scene and render a picture of it
+    /// Solve a scene and render pictures of it
     #[command(after_help = exit_codes_help())]
     Render(Box<RenderArgs>),
     /// Solve a scene once and keep the solution in a file, for --solution of other commands
@@ -70,10 +72,13 @@ pub(super) struct RenderArgs {
     /// Scene description (.toml) or a bare mesh (.obj)
     #[arg(value_name = "SCENE")]
     pub(super) scene: PathBuf,
-    /// Picture to write: .png (tone-mapped) or .exr (linear radiance)
+    /// Picture to write: .png (tone-mapped) or .exr (linear radiance). For several pictures, the name has a place for
+    /// what they differ in: %04d for a number from 1 in at least 4 digits, or %s for the name of a camera
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: PathBuf,
 
+    #[command(flatten)]
+    pub(super) views: ViewsArgs,
     #[command(flatten)]
     pub(super) picture: PictureArgs,
     /// Multiplier on linear radiance before tone mapping [default: chosen from the picture]
@@ -172,12 +177,9 @@ pub(super) struct CheckArgs {
     pub(super) quiet: bool,
 }
 
-/// Which picture is taken.
+/// How large and how smooth pictures are.
 #[derive(Debug, Args)]
 pub(super) struct PictureArgs {
-    /// Camera of the scene [default: the first]
-    #[arg(long, value_name = "NAME", help_heading = "View")]
-    pub(super) camera: Option<String>,
     /// Width in pixels; alone, the height follows the camera's proportions
     #[arg(long, value_name = "PIXELS", help_heading = "View", value_parser = whole(1, MAX_PIXELS), allow_negative_numbers = true)]
     pub(super) width: Option<u32>,

@@ -5,14 +5,18 @@ use super::config::ViewConfig;
 use super::errors::CliError;
 use crate::scene::{Camera, Scene};
 
-/// The camera the view asks for, the first one when it names none, with the size it asks for.
+/// The camera of this name, the first one without a name, with the size that the view asks for.
 ///
 /// # Errors
 /// [`CliError::Usage`] for a name the scene does not have, with the names it has;
 /// [`CliError::InvalidScene`] when the scene has no camera or its picture is too large.
-pub(super) fn choose_camera(scene: &Scene, view: &ViewConfig) -> Result<Camera, CliError> {
-    let found = match &view.camera {
-        Some(name) => scene.cameras.iter().find(|camera| &camera.name == name).ok_or_else(|| {
+pub(super) fn choose_camera(
+    scene: &Scene,
+    name: Option<&str>,
+    view: &ViewConfig,
+) -> Result<Camera, CliError> {
+    let found = match name {
+        Some(name) => scene.cameras.iter().find(|camera| camera.name == name).ok_or_else(|| {
             let names: Vec<&str> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
             CliError::Usage(format!("no camera is named '{name}'; the scene has: {}", names.join(", ")))
         })?,
@@ -79,22 +83,14 @@ mod tests {
         }
     }
 
-    fn view(camera: Option<&str>, width: Option<u32>, height: Option<u32>) -> ViewConfig {
-        let camera = camera.map(str::to_owned);
-        ViewConfig {
-            camera,
-            width,
-            height,
-            samples: None,
-            exposure: Exposure::Automatic,
-            kind: ViewArg::Shaded,
-        }
+    fn view(width: Option<u32>, height: Option<u32>) -> ViewConfig {
+        ViewConfig { width, height, samples: None, exposure: Exposure::Automatic, kind: ViewArg::Shaded }
     }
 
     #[test]
     fn one_side_alone_keeps_the_proportions() {
         let sized = |width, height| {
-            let camera = choose_camera(&scene(), &view(None, width, height)).expect("a camera");
+            let camera = choose_camera(&scene(), None, &view(width, height)).expect("a camera");
             (camera.width, camera.height)
         };
         assert_eq!(sized(None, None), (640, 480));
@@ -106,7 +102,7 @@ mod tests {
 
     #[test]
     fn an_unknown_camera_is_told_the_names_there_are() {
-        let error = choose_camera(&scene(), &view(Some("side"), None, None)).expect_err("unknown");
+        let error = choose_camera(&scene(), Some("side"), &view(None, None)).expect_err("unknown");
         assert!(matches!(error, CliError::Usage(_)));
         let text = error.to_string();
         assert!(text.contains("'side'") && text.contains("main, top"), "{text}");
@@ -114,8 +110,8 @@ mod tests {
 
     #[test]
     fn a_picture_larger_than_possible_is_refused() {
-        let error = choose_camera(&scene(), &view(Some("top"), None, None)).expect_err("too large");
+        let error = choose_camera(&scene(), Some("top"), &view(None, None)).expect_err("too large");
         assert!(matches!(error, CliError::InvalidScene(_)));
-        assert!(choose_camera(&scene(), &view(Some("top"), Some(200), None)).is_ok());
+        assert!(choose_camera(&scene(), Some("top"), &view(Some(200), None)).is_ok());
     }
 }

@@ -7,6 +7,7 @@ use super::camera::choose_camera;
 use super::config::{CompareConfig, Pictures};
 use super::console;
 use super::errors::CliError;
+use super::folder::{check_folder, make_folder};
 use super::setup::{self, setup};
 use super::solved::{Loaded, in_pool, solve_options};
 use crate::compare::{
@@ -38,7 +39,7 @@ pub(super) fn run(config: &CompareConfig) -> Result<(), CliError> {
         check_destination(path)?;
     }
     if let Some(places) = &config.pictures {
-        check_folder(places)?;
+        check_folder(&places.folder, &places.files)?;
     }
     in_pool(&config.run, |progress| match &config.replay {
         Some(file) => replay(config, file, progress),
@@ -46,21 +47,9 @@ pub(super) fn run(config: &CompareConfig) -> Result<(), CliError> {
     })
 }
 
-/// Checks that the pictures can be written; a folder that is missing is made later.
-fn check_folder(Pictures { folder, files }: &Pictures) -> Result<(), CliError> {
-    if folder.is_dir() {
-        return Ok(files.iter().try_for_each(|path| check_destination(path))?);
-    }
-    if folder.exists() {
-        return Err(CliError::OutputFolder(format!("{}: exists and is not a folder", folder.display())));
-    }
-    // It needs what a file in its place would need.
-    Ok(check_destination(folder)?)
-}
-
 fn run_in_pool(config: &CompareConfig, progress: &dyn Progress) -> Result<(), CliError> {
     let loaded = Loaded::load(&config.run, progress)?;
-    let camera = choose_camera(&loaded.scene, &config.view)?;
+    let camera = choose_camera(&loaded.scene, config.camera.as_deref(), &config.view)?;
     let hierarchy = Hierarchy::build(&loaded.scene, config.run.solve.one_sided, progress);
     let tracers = both(config, &loaded, &hierarchy, progress)?;
     let options = CompareOptions {
@@ -151,10 +140,7 @@ fn shown(path: &Path, [native, other]: &[Picture; 2]) -> Result<Shown, OutputErr
 
 /// Both pictures with the exposure of the first, and their difference.
 fn write_pictures(places: &Pictures, [native, other]: &[Picture; 2]) -> Result<(), OutputError> {
-    if !places.folder.is_dir() {
-        std::fs::create_dir(&places.folder)
-            .map_err(|source| OutputError::Io { path: places.folder.clone(), source })?;
-    }
+    make_folder(&places.folder)?;
     let exposure = Exposure::Automatic.multiplier(native);
     let difference = difference_picture([native, other], GAIN);
     for (path, picture) in places.files.iter().zip([native, other, &difference]) {

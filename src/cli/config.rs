@@ -3,12 +3,15 @@
 mod compare;
 mod convergence;
 mod keep;
+mod pattern;
 mod profile;
+mod views;
 
 pub(super) use compare::{CompareConfig, Pictures};
 pub(super) use convergence::ConvergenceConfig;
 pub(super) use keep::KeepConfig;
 pub(super) use profile::ProfileConfig;
+pub(super) use views::{Motion, VideoConfig, Views};
 
 use std::path::{Path, PathBuf};
 
@@ -40,9 +43,13 @@ pub(super) struct RunConfig {
 /// Everything a render needs to know.
 #[derive(Clone, Debug)]
 pub(super) struct RenderConfig {
+    /// Its outputs are all but the pictures, whose number is not known yet.
     pub(super) run: RunConfig,
-    pub(super) output: PathBuf,
+    /// Files that are named to be read.
+    pub(super) inputs: Vec<PathBuf>,
+    pub(super) views: Views,
     pub(super) format: PictureFormat,
+    pub(super) video: Option<VideoConfig>,
     pub(super) stats: Option<PathBuf>,
     pub(super) view: ViewConfig,
     /// How each pixel is lit.
@@ -92,8 +99,6 @@ pub(super) enum Lighting {
 /// What is seen, and how.
 #[derive(Clone, Debug)]
 pub(super) struct ViewConfig {
-    /// The first camera when absent.
-    pub(super) camera: Option<String>,
     pub(super) width: Option<u32>,
     pub(super) height: Option<u32>,
     /// Samples per pixel, when typed.
@@ -224,8 +229,8 @@ impl RunConfig {
 
 impl ViewConfig {
     fn of(typed: PictureArgs, exposure: Exposure, kind: ViewArg) -> Self {
-        let PictureArgs { camera, width, height, samples } = typed;
-        Self { camera, width, height, samples, exposure, kind }
+        let PictureArgs { width, height, samples } = typed;
+        Self { width, height, samples, exposure, kind }
     }
 
     /// Samples per pixel of a solution of this quality.
@@ -252,7 +257,8 @@ impl RenderConfig {
     /// extension of the output names no format. No file is touched.
     pub(super) fn check(typed: RenderArgs) -> Result<Self, CliError> {
         let format = PictureFormat::of(&typed.output)?;
-        if format == PictureFormat::Exr && typed.exposure.is_some() {
+        let (views, video) = Views::check(typed.views, &typed.output)?;
+        if format == PictureFormat::Exr && video.is_none() && typed.exposure.is_some() {
             return usage("--exposure has no use with .exr, which holds radiance as it is");
         }
         if typed.exposure.is_some() && !matches!(typed.view, ViewArg::Shaded | ViewArg::Mesh) {
@@ -270,11 +276,22 @@ impl RenderConfig {
         if typed.reference.is_some() && typed.view != ViewArg::Shaded {
             return usage("--reference is compared with --view shaded, and no other view");
         }
-        let inputs = [Some(&typed.scene), stored.as_ref(), typed.reference.as_ref()];
-        check_distinct(&[&inputs[..], &[Some(&typed.output), typed.stats.as_ref()]].concat())?;
+        if typed.reference.is_some() && !matches!(views, Views::One { .. }) {
+            return usage("--reference is compared with one picture; render it by itself");
+        }
+        let (one, path) = match &views {
+            Views::One { output, .. } => (Some(output), None),
+            Views::Sequence { motion: Motion::Path(file, _), .. } => (None, Some(file)),
+            _ => (None, None),
+        };
+        let video_path = video.as_ref().map(|video| &video.path);
+        let inputs = [Some(&typed.scene), stored.as_ref(), typed.reference.as_ref(), path];
+        let written = [video_path, typed.stats.as_ref()];
+        check_distinct(&[&inputs[..], &[one], &written].concat())?;
         check_extension("--stats", typed.stats.as_deref(), "json")?;
         let view = ViewConfig::of(typed.picture, checked_exposure(typed.exposure)?, typed.view);
-        let outputs = [Some(&typed.output), typed.stats.as_ref()].into_iter().flatten().cloned().collect();
+        let outputs = written.into_iter().flatten().cloned().collect();
+        let inputs = inputs.into_iter().flatten().cloned().collect();
         let run = RunConfig::check(typed.scene, outputs, typed.solution, typed.machine, typed.quiet)?;
         let mut run = RunConfig { stored, ..run };
         if typed.view == ViewArg::Cost {
@@ -286,8 +303,10 @@ impl RenderConfig {
         };
         Ok(Self {
             run,
-            output: typed.output,
+            inputs,
+            views,
             format,
+            video,
             stats: typed.stats,
             view,
             lighting,
@@ -351,10 +370,16 @@ impl CheckConfig {
 /// Files that are read or written must not be the same.
 fn check_distinct(files: &[Option<&PathBuf>]) -> Result<(), CliError> {
     let files: Vec<&PathBuf> = files.iter().copied().flatten().collect();
-    for (index, file) in files.iter().enumerate() {
-        if files[..index].iter().any(|other| is_same_file(file, other)) {
-            return usage(&format!("{} is named twice, for two different files", file.display()));
-        }
+    (1..files.len()).try_for_each(|index| check_apart(files[index], files[..index].iter().copied()))
+}
+
+/// A file must be none of others.
+pub(super) fn check_apart<'a>(
+    file: &Path,
+    mut others: impl Iterator<Item = &'a PathBuf>,
+) -> Result<(), CliError> {
+    if others.any(|other| is_same_file(file, other)) {
+        return usage(&format!("{} is named twice, for two different files", file.display()));
     }
     Ok(())
 }

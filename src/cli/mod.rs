@@ -10,11 +10,14 @@ mod console;
 mod convergence;
 mod doctor;
 mod errors;
+mod folder;
+mod frames;
 mod generate;
 mod probe;
 mod profile;
 mod render;
 mod setup;
+mod shots;
 mod solve;
 mod solved;
 

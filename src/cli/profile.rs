@@ -10,7 +10,7 @@ use super::solved::{Loaded, in_pool, link_stats, solve_options};
 use crate::gather::Gatherer;
 use crate::hierarchy::Hierarchy;
 use crate::image::write::{OutputError, check_destination, png_bytes};
-use crate::image::{self, Heat, HeatMap};
+use crate::image::{self, Heat, HeatMap, RenderOptions, Renderer, View};
 use crate::progress::{Both, Progress, Silent, Span, Timeline};
 use crate::radiosity::{self, Record, Solution, SolveOptions, VisibilityError};
 use crate::report::detail::RunDetail;
@@ -23,6 +23,7 @@ use crate::scene::Camera;
 use crate::tracer::Tracer;
 use crate::visibility::{Detail, StepTimes, Strategy};
 use std::path::Path;
+use std::slice;
 use std::time::{Duration, Instant};
 
 /// What the ratios are to, when it is among the runs: classic radiosity with this many rays.
@@ -222,17 +223,20 @@ impl Bench<'_> {
         let square_meters = self.hierarchy.square_meters_per_unit(self.loaded.scene.meters_per_unit);
         let options = SolveOptions { record: Record::Work, ..solve_options(settings) };
         let solution = radiosity::solve(self.hierarchy, tracer, &options, square_meters, progress);
-        let seen = image::seen(self.hierarchy, tracer, &solution, camera);
+        let seen = image::seen(self.hierarchy, tracer, &solution, slice::from_ref(camera));
         let maps = [
             (Heat::Cost, "cost of visibility by area"),
             (Heat::Links, "links"),
             (Heat::Class, "class of the links that cost most"),
             (Heat::Partial, "share of the light over partial links"),
         ];
+        let options = RenderOptions { samples: MAP_SAMPLES, view: View::Shaded };
+        let renderer = Renderer::new(self.hierarchy, tracer, &solution, options, progress);
         let shown = maps.map(|(heat, name)| {
             let map = HeatMap::new(self.hierarchy, &solution, square_meters, heat, &seen);
-            let shown = (&map, MAP_SAMPLES);
-            let picture = image::render_heat(self.hierarchy, tracer, &solution, camera, shown, progress);
+            progress.start("render", camera.height.into());
+            let picture = renderer.heat(camera, &map, progress);
+            progress.finish();
             let png = png_bytes(&picture, None)
                 .map_err(|message| OutputError::Encode { path: path.to_owned(), message })?;
             Ok(ShownMap { name, legend: map.legend(), size: [picture.width, picture.height], png })

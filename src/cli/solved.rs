@@ -349,7 +349,7 @@ fn visibility_stats(counters: &VisibilityCounters) -> VisibilityStats {
 }
 
 /// What a scene error means for the caller.
-fn scene_failure(error: scene::SceneError) -> CliError {
+pub(super) fn scene_failure(error: scene::SceneError) -> CliError {
     let message = error.to_string();
     match error.kind() {
         scene::SceneErrorKind::Io => CliError::Unreadable(message),

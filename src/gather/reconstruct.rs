@@ -32,6 +32,22 @@ pub struct Spot {
     pub polygon: Polygon,
     /// Interpolated irradiance, W/m².
     pub irradiance: Vec3,
+    side: Side,
+    /// The number of the side.
+    index: usize,
+    normal: DVec3,
+}
+
+impl Spot {
+    /// Whether a point lies so far inside the element that no rounding gives it to another.
+    fn holds(&self, side: Side, point: DVec3) -> bool {
+        let is_inside = |(a, b): (DVec3, DVec3)| {
+            let along = b - a;
+            let area = along.cross(point - a).dot(self.normal);
+            area > 0.0 && area * area > along.length_squared() * SAME_POINT * SAME_POINT
+        };
+        side == self.side && self.polygon.edges().all(is_inside)
+    }
 }
 
 /// Looks up irradiance anywhere on the surfaces; the work for a side is done when it is first seen.
@@ -64,13 +80,34 @@ impl<'a> Reconstruction<'a> {
         let forest = self.forest;
         let index = forest.side_index(side)?;
         let piece = forest.leaf_on(self.hierarchy, index, point);
-        let normal = piece.plane.normal;
+        let (element, normal) = (piece.id(), piece.plane.normal);
+        let irradiance = self.irradiance_on(element, index, normal, point);
+        Some(Spot { element, polygon: piece.polygon, irradiance, side, index, normal })
+    }
+
+    /// The same as [`Reconstruction::look_up`] with `recent` for what was found before: much quicker when the point lies on
+    /// the same element.
+    pub fn look_up_near<'s>(
+        &self,
+        recent: &'s mut Option<Spot>,
+        side: Side,
+        point: DVec3,
+    ) -> Option<&'s Spot> {
+        match recent {
+            Some(spot) if spot.holds(side, point) => {
+                spot.irradiance = self.irradiance_on(spot.element, spot.index, spot.normal, point);
+            }
+            _ => *recent = self.look_up(side, point),
+        }
+        recent.as_ref()
+    }
+
+    /// Irradiance at a point of an element on the side with this number.
+    fn irradiance_on(&self, element: u32, index: usize, normal: DVec3, point: DVec3) -> Vec3 {
         let mesh = self.sides[index].get_or_init(|| self.mesh_of(index));
-        let local = (piece.id() - forest.first_element[index]) as usize;
+        let local = (element - self.forest.first_element[index]) as usize;
         let corners = mesh.first[local] as usize..mesh.first[local + 1] as usize;
-        let irradiance =
-            mean_value(point, normal, &mesh.points[corners.clone()], |i| mesh.irradiance[corners.start + i]);
-        Some(Spot { element: piece.id(), polygon: piece.polygon, irradiance })
+        mean_value(point, normal, &mesh.points[corners.clone()], |i| mesh.irradiance[corners.start + i])
     }
 
     fn mesh_of(&self, index: usize) -> SideMesh {

@@ -36,7 +36,6 @@ pub(super) fn gathered(
 ) -> Picture {
     let mut pixels = vec![[0.0f32; 3]; width * height];
     let rows = (BLOCK / width.max(1)).max(1);
-    progress.start("render", height as u64);
     for (block, pixels) in pixels.chunks_mut(rows * width).enumerate() {
         let first = block * rows;
         let shares: Vec<Vec<Share>> = (0..pixels.len() / width)
@@ -65,7 +64,6 @@ pub(super) fn gathered(
         }
         progress.advance((pixels.len() / width) as u64);
     }
-    progress.finish();
     Picture { width: width as u32, height: height as u32, pixels }
 }
 

@@ -1,7 +1,8 @@
-//! Views of a solution: the picture, its tone mapping and its files.
+//! Views of a solution: pictures, their tone mapping, and their files and videos.
 
 mod camera;
 mod descent;
+mod exposure;
 mod gathered;
 mod heat;
 mod mesh_view;
@@ -10,8 +11,10 @@ pub mod read;
 mod render;
 mod seen;
 pub mod tone;
+pub mod video;
 pub mod write;
 
+pub use exposure::shared_exposure;
 pub use heat::{Heat, HeatMap};
-pub use render::{RenderOptions, View, render, render_heat};
+pub use render::{RenderOptions, Renderer, View, render};
 pub use seen::seen;

@@ -1,13 +1,13 @@
-//! From a solution to a picture through one camera.
+//! From a solution to pictures through cameras.
 
 use super::camera::Lens;
 use super::gathered::gathered;
 use super::heat::HeatMap;
 use super::mesh_view::{MeshView, edge};
 use super::picture::Picture;
-use crate::gather::{FinalGather, Reconstruction};
+use crate::gather::{FinalGather, Reconstruction, Spot};
 use crate::hierarchy::{Hierarchy, Side};
-use crate::progress::Progress;
+use crate::progress::{Progress, Silent};
 use crate::radiosity::Solution;
 use crate::scene::Camera;
 use crate::tracer::{Hit, PACKET, Ray, Tracer};
@@ -51,59 +51,88 @@ pub fn render(
     options: RenderOptions,
     progress: &dyn Progress,
 ) -> Picture {
-    let look = match options.view {
-        View::Shaded => Look::Shaded,
-        View::Gathered(rays) => {
-            let gather = FinalGather::new(hierarchy, tracer, solution, rays, progress);
-            let shown = (&Lens::new(camera, &hierarchy.frame), camera.width as usize, camera.height as usize);
-            return gathered(hierarchy, tracer, &gather, shown, options.samples.max(1), progress);
-        }
-        View::Mesh => Look::Mesh(MeshView::new(hierarchy, solution)),
-    };
-    rendered(hierarchy, tracer, solution, camera, (look, options.samples), progress)
-}
-
-/// Renders the colours of a heat map, linear, from 0 to 1, with `samples` rays per pixel; black where nothing is hit.
-pub fn render_heat(
-    hierarchy: &Hierarchy,
-    tracer: &dyn Tracer,
-    solution: &Solution,
-    camera: &Camera,
-    (map, samples): (&HeatMap, u32),
-    progress: &dyn Progress,
-) -> Picture {
-    rendered(hierarchy, tracer, solution, camera, (Look::Heat(map), samples), progress)
-}
-
-fn rendered(
-    hierarchy: &Hierarchy,
-    tracer: &dyn Tracer,
-    solution: &Solution,
-    camera: &Camera,
-    (look, samples): (Look<'_>, u32),
-    progress: &dyn Progress,
-) -> Picture {
-    let lens = Lens::new(camera, &hierarchy.frame);
-    let surfaces = Reconstruction::new(hierarchy, solution);
-    let (width, height) = (camera.width as usize, camera.height as usize);
-    let shader = Shader { hierarchy, solution, surfaces, look, pixel_angle: lens.pixel_angle() };
-    let mut pixels = vec![[0.0f32; 3]; width * height];
-    progress.start("render", height as u64);
-    pixels.par_chunks_mut(width * BAND).enumerate().for_each(|(band, rows)| {
-        for (row, line) in rows.chunks_mut(width).enumerate() {
-            shader.line(tracer, &lens, band * BAND + row, samples.max(1), line);
-            progress.advance(1);
-        }
-    });
+    let renderer = Renderer::new(hierarchy, tracer, solution, options, progress);
+    progress.start("render", camera.height.into());
+    let picture = renderer.picture(camera, progress);
     progress.finish();
-    Picture { width: camera.width, height: camera.height, pixels }
+    picture
+}
+
+/// Any number of pictures of one solution: what they have in common is computed once, when it is first needed.
+pub struct Renderer<'a> {
+    hierarchy: &'a Hierarchy,
+    tracer: &'a dyn Tracer,
+    solution: &'a Solution,
+    surfaces: Reconstruction<'a>,
+    look: Look<'a>,
+    gather: Option<FinalGather<'a>>,
+    samples: u32,
+}
+
+impl<'a> Renderer<'a> {
+    /// Prepares what does not depend on the camera: the sources of a final gather, the classes of a view of the mesh.
+    pub fn new(
+        hierarchy: &'a Hierarchy,
+        tracer: &'a dyn Tracer,
+        solution: &'a Solution,
+        options: RenderOptions,
+        progress: &dyn Progress,
+    ) -> Renderer<'a> {
+        let (look, gather) = match options.view {
+            View::Shaded => (Look::Shaded, None),
+            View::Gathered(rays) => {
+                (Look::Shaded, Some(FinalGather::new(hierarchy, tracer, solution, rays, progress)))
+            }
+            View::Mesh => (Look::Mesh(MeshView::new(hierarchy, solution)), None),
+        };
+        let surfaces = Reconstruction::new(hierarchy, solution);
+        Renderer { hierarchy, tracer, solution, surfaces, look, gather, samples: options.samples.max(1) }
+    }
+
+    /// Linear radiance, W/(m²·sr), seen by a camera; black where nothing is hit. Deterministic for any number of threads.
+    /// One unit of progress for each row of pixels, of a phase that the caller has started.
+    pub fn picture(&self, camera: &Camera, progress: &dyn Progress) -> Picture {
+        match &self.gather {
+            Some(gather) => {
+                let lens = Lens::new(camera, &self.hierarchy.frame);
+                let shown = (&lens, camera.width as usize, camera.height as usize);
+                gathered(self.hierarchy, self.tracer, gather, shown, self.samples, progress)
+            }
+            None => self.looked_at(camera, &self.look, self.samples, progress),
+        }
+    }
+
+    /// Likewise the colours of a heat map, linear, from 0 to 1.
+    pub fn heat(&self, camera: &Camera, map: &HeatMap, progress: &dyn Progress) -> Picture {
+        self.looked_at(camera, &Look::Heat(map), self.samples, progress)
+    }
+
+    /// A quick picture, interpolated, with one ray a pixel.
+    pub(super) fn preview(&self, camera: &Camera) -> Picture {
+        self.looked_at(camera, &self.look, 1, &Silent)
+    }
+
+    fn looked_at(&self, camera: &Camera, look: &Look<'_>, samples: u32, progress: &dyn Progress) -> Picture {
+        let lens = Lens::new(camera, &self.hierarchy.frame);
+        let (width, height) = (camera.width as usize, camera.height as usize);
+        let (hierarchy, solution, surfaces) = (self.hierarchy, self.solution, &self.surfaces);
+        let shader = Shader { hierarchy, solution, surfaces, look, pixel_angle: lens.pixel_angle() };
+        let mut pixels = vec![[0.0f32; 3]; width * height];
+        pixels.par_chunks_mut(width * BAND).enumerate().for_each(|(band, rows)| {
+            for (row, line) in rows.chunks_mut(width).enumerate() {
+                shader.line(self.tracer, &lens, band * BAND + row, samples, line);
+                progress.advance(1);
+            }
+        });
+        Picture { width: camera.width, height: camera.height, pixels }
+    }
 }
 
 struct Shader<'a> {
     hierarchy: &'a Hierarchy,
     solution: &'a Solution,
-    surfaces: Reconstruction<'a>,
-    look: Look<'a>,
+    surfaces: &'a Reconstruction<'a>,
+    look: &'a Look<'a>,
     pixel_angle: f32,
 }
 
@@ -119,6 +148,8 @@ impl Shader<'_> {
         let mut rays = Vec::with_capacity(PACKET);
         let mut owners = Vec::with_capacity(PACKET);
         let mut hits = [None; PACKET];
+        // Samples that follow each other mostly show the same element.
+        let mut recent = None;
         let total = line.len() * samples as usize;
         for index in 0..total {
             let (x, sample) = (index / samples as usize, (index % samples as usize) as u32);
@@ -129,7 +160,7 @@ impl Shader<'_> {
                 tracer.first_hits(&rays, &mut hits[..rays.len()]);
                 for ((ray, owner), hit) in rays.iter().zip(&owners).zip(&hits) {
                     if let Some(hit) = hit {
-                        let radiance = self.radiance(ray, hit) / samples as f32;
+                        let radiance = self.radiance(ray, hit, &mut recent) / samples as f32;
                         line[*owner] = (Vec3::from(line[*owner]) + radiance).to_array();
                     }
                 }
@@ -140,22 +171,22 @@ impl Shader<'_> {
     }
 
     /// Radiance towards the start of the ray.
-    fn radiance(&self, ray: &Ray, hit: &Hit) -> Vec3 {
+    fn radiance(&self, ray: &Ray, hit: &Hit, recent: &mut Option<Spot>) -> Vec3 {
         let (side, point) = met(self.hierarchy, ray, hit);
         let material = self.hierarchy.material(hit.facet);
-        let Some(spot) = self.surfaces.look_up(side, point) else {
+        let Some(spot) = self.surfaces.look_up_near(recent, side, point) else {
             return Vec3::ZERO;
         };
         let emitted = if side.back { Vec3::ZERO } else { Vec3::from(material.radiance) };
         let radiance = emitted + Vec3::from(material.reflectance) * spot.irradiance / PI;
         let pixel = hit.t * self.pixel_angle;
-        match &self.look {
+        match self.look {
             Look::Shaded => radiance,
-            Look::Mesh(mesh) => mesh.color(self.solution, &spot, point, pixel),
+            Look::Mesh(mesh) => mesh.color(self.solution, spot, point, pixel),
             // Fainter where elements are small: colours are what it is about.
             Look::Heat(map) => {
                 let size = spot.polygon.extent() as f32 / pixel;
-                map.color(spot.element) * (1.0 - 0.5 * (size / EDGED).min(1.0) * edge(&spot, point, pixel))
+                map.color(spot.element) * (1.0 - 0.5 * (size / EDGED).min(1.0) * edge(spot, point, pixel))
             }
         }
     }

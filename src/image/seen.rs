@@ -10,8 +10,22 @@ use crate::tracer::{PACKET, Ray, Tracer};
 /// Most rays along one side of the picture.
 const ALONG: u32 = 256;
 
-/// The leaf elements that rays spread evenly over the picture meet, one for each ray that meets any; at most 65 536 rays.
-pub fn seen(hierarchy: &Hierarchy, tracer: &dyn Tracer, solution: &Solution, camera: &Camera) -> Vec<u32> {
+/// Most cameras of a sequence that are looked through for something that all its pictures share.
+const CAMERAS: usize = 32;
+
+/// The leaf elements that rays spread evenly over pictures meet, one for each ray that meets any; at most 65 536 rays a
+/// picture, and 32 pictures, spread evenly over all.
+pub fn seen(hierarchy: &Hierarchy, tracer: &dyn Tracer, solution: &Solution, cameras: &[Camera]) -> Vec<u32> {
+    spread(cameras).flat_map(|camera| seen_by(hierarchy, tracer, solution, camera)).collect()
+}
+
+/// Some of the cameras, spread evenly.
+pub(super) fn spread(cameras: &[Camera]) -> impl Iterator<Item = &Camera> {
+    let count = cameras.len().min(CAMERAS);
+    (0..count).map(move |index| &cameras[index * cameras.len() / count])
+}
+
+fn seen_by(hierarchy: &Hierarchy, tracer: &dyn Tracer, solution: &Solution, camera: &Camera) -> Vec<u32> {
     let lens = Lens::new(camera, &hierarchy.frame);
     let at = |index: u32, pixels: u32| {
         let count = pixels.min(ALONG);

@@ -55,6 +55,14 @@ pub enum OutputError {
         /// What the encoder said.
         message: String,
     },
+    /// The program that makes videos is missing, or refused.
+    #[error("{}: cannot make the video: {message}", path.display())]
+    Video {
+        /// The output as given.
+        path: PathBuf,
+        /// What was wrong.
+        message: String,
+    },
 }
 
 /// A file format for pictures.

@@ -1,8 +1,9 @@
-//! Geometry that knows nothing of light: boxes, planes, convex polygons, clipping, sample sequences
-//! and spherical harmonics. Proofs are computed in double precision.
+//! Geometry that knows nothing of light: boxes, planes, convex polygons, clipping, sample sequences,
+//! curves through points and spherical harmonics. Proofs are computed in double precision.
 
 mod bounds;
 mod clip;
+mod curve;
 mod flat;
 mod plane;
 mod polygon;
@@ -11,6 +12,7 @@ mod spherical;
 
 pub use bounds::Aabb;
 pub use clip::Clip;
+pub use curve::Curve;
 pub use flat::{Axes, FlatPolygon, FlatRegion};
 pub use plane::Plane;
 pub use polygon::{MAX_VERTICES, Polygon, PolygonSampler, half_at};

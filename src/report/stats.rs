@@ -26,6 +26,10 @@ pub struct Stats {
     pub energy_error_w: f64,
     /// Where the power went.
     pub energy: EnergyStats,
+    /// Pictures that were made of the solution.
+    pub frames: u32,
+    /// Of these a second, from the first to the last written; what is done once for all of them is not in it.
+    pub frames_per_second: f64,
     /// How far the picture is from a reference; absent without one.
     pub reference: Option<TruthDifference>,
     /// Bytes.
@@ -146,7 +150,7 @@ pub struct PhaseSeconds {
     pub refine: f64,
     /// Gather and push-pull.
     pub solve: f64,
-    /// Picture.
+    /// Pictures, with what is done once for all of them.
     pub render: f64,
     /// All of it.
     pub total: f64,

@@ -49,6 +49,8 @@ const WORK_ROWS: &[Row] = &[
     ("refine (s)", |s| seconds(s.seconds.refine)),
     ("solve (s)", |s| seconds(s.seconds.solve)),
     ("render (s)", |s| seconds(s.seconds.render)),
+    ("pictures", |s| s.frames.to_string()),
+    ("pictures a second", |s| format!("{:.2}", s.frames_per_second)),
 ];
 
 /// The table of one or more runs, each with the name its column gets; ends with a newline.

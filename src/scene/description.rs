@@ -3,7 +3,6 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
@@ -14,12 +13,11 @@ use toml::Spanned;
 use super::Camera;
 use super::draft::DEFAULT_GREY;
 use super::error::{SceneError, quoted};
-use super::lines::{open_regular, unreadable};
+use super::pose::{PoseFault, pose_fault};
 use super::statements::{LARGEST_COLOUR, LARGEST_COORDINATE};
+use super::toml_file::{TomlFile, is_position};
 use super::triangulate::newell_normal;
 
-/// Largest description in bytes; a longer one is not written by hand.
-const LARGEST_FILE: u64 = 16 << 20;
 /// Most pixels along one side of a picture.
 const MOST_PIXELS: i64 = 16_384;
 /// Lengths that a unit may have, in metres.
@@ -129,66 +127,13 @@ impl<'de> Deserialize<'de> for MeshList {
 /// # Errors
 /// All kinds of [`SceneError`], with the line.
 pub(super) fn read(path: &Path) -> Result<Description, SceneError> {
-    use std::io::Read;
-    let mut bytes = Vec::new();
-    open_regular(path)?
-        .take(LARGEST_FILE + 1)
-        .read_to_end(&mut bytes)
-        .map_err(|error| unreadable(path, &error))?;
-    if bytes.len() as u64 > LARGEST_FILE {
-        let message = format!("larger than {} MiB; put geometry in an OBJ mesh", LARGEST_FILE >> 20);
-        return Err(SceneError::parse(path, None, message));
-    }
-    if bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]) {
-        return Err(SceneError::parse(path, Some(1), "the file is UTF-16; save it as UTF-8"));
-    }
-    let text = std::str::from_utf8(&bytes).map_err(|error| {
-        let line = line_at(&bytes, error.valid_up_to());
-        SceneError::parse(path, Some(line), "the text is not UTF-8; save the file as UTF-8")
-    })?;
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let document: Document = toml::from_str(text).map_err(|error| {
-        let line = error.span().map(|span| line_at(text.as_bytes(), span.start));
-        SceneError::parse(path, line, explain(error.message()))
-    })?;
-    Checker { path, text }.check(document)
-}
-
-/// The parser's message on one line, with advice for the common slips.
-fn explain(message: &str) -> String {
-    let message = message.trim().replace('\n', "; ");
-    let advice = if message.contains("expected a sequence") && message.contains("invalid type: map") {
-        "; write [[camera]] and [[quad]] with two brackets"
-    } else if message.starts_with("missing field") {
-        "; add it"
-    } else if message.starts_with("unknown field") {
-        "; correct the key or remove it"
-    } else {
-        "; correct the value"
-    };
-    format!("{message}{advice}")
-}
-
-/// Line, from 1, of a byte offset.
-fn line_at(text: &[u8], offset: usize) -> u64 {
-    1 + text[..offset.min(text.len())].iter().filter(|&&byte| byte == b'\n').count() as u64
+    let file = TomlFile::read(path, "put geometry in an OBJ mesh")?;
+    let document: Document = file.parse()?;
+    file.check(document)
 }
 
 /// Turns what parsed into what makes sense.
-struct Checker<'a> {
-    path: &'a Path,
-    text: &'a str,
-}
-
-impl Checker<'_> {
-    fn line(&self, span: Range<usize>) -> u64 {
-        line_at(self.text.as_bytes(), span.start)
-    }
-
-    fn fault<T>(&self, span: Range<usize>, message: impl Into<String>) -> Result<T, SceneError> {
-        Err(SceneError::invalid(self.path, Some(self.line(span)), message))
-    }
-
+impl TomlFile {
     fn check(&self, document: Document) -> Result<Description, SceneError> {
         let meshes = self.meshes(document.mesh)?;
         let meters_per_unit = match document.meters_per_unit {
@@ -226,7 +171,7 @@ impl Checker<'_> {
         }
         if meshes.is_empty() && quads.is_empty() {
             let message = "neither mesh nor [[quad]]; name a mesh = \"room.obj\" or give a [[quad]]";
-            return Err(SceneError::invalid(self.path, None, message));
+            return Err(SceneError::invalid(&self.path, None, message));
         }
         let mut overrides = Vec::new();
         for (name, table) in document.material {
@@ -261,7 +206,7 @@ impl Checker<'_> {
             }
             if !path.exists() {
                 return Err(SceneError::io(
-                    self.path,
+                    &self.path,
                     Some(self.line(name.span())),
                     format!(
                         "mesh file {} not found; give a path relative to this file ({} does not exist)",
@@ -298,27 +243,13 @@ impl Checker<'_> {
             Some(up) => (up.span(), self.point(up, "up")?),
             None => (span, DVec3::Y),
         };
-        let view = target - eye;
-        if view.length() <= 1e-12 * eye.abs().max(target.abs()).max_element() {
-            return self.fault(table.target.span(), "eye and target are the same point; move one of them");
+        if let Some(fault) = pose_fault(eye, target, up) {
+            let span = if fault == PoseFault::NoView { table.target.span() } else { up_span };
+            return self.fault(span, fault.message());
         }
-        if up.length() == 0.0 {
-            return self.fault(up_span, "up is zero; write a direction such as [0, 1, 0]");
-        }
-        if view.normalize().cross(up.normalize()).length() < 1e-6 {
-            return self.fault(up_span, "up is parallel to the view direction; choose another up");
-        }
-        let vfov_deg = match table.vfov_deg {
+        let vfov_deg = match &table.vfov_deg {
             None => super::camera::DEFAULT_VFOV_DEG,
-            Some(angle) => {
-                let degrees = *angle.get_ref();
-                if !(degrees > 0.0 && degrees < 180.0) {
-                    let message =
-                        format!("vfov_deg is {degrees}; write an angle between 0 and 180, such as 45");
-                    return self.fault(angle.span(), message);
-                }
-                degrees
-            }
+            Some(angle) => self.vfov_deg(angle)?,
         };
         let width = self.pixels(table.width, "width", super::camera::DEFAULT_WIDTH)?;
         let height = self.pixels(table.height, "height", super::camera::DEFAULT_HEIGHT)?;
@@ -366,15 +297,6 @@ impl Checker<'_> {
         })
     }
 
-    fn point(&self, value: &Spanned<[f64; 3]>, key: &str) -> Result<DVec3, SceneError> {
-        let point = DVec3::from_array(*value.get_ref());
-        if is_position(point) {
-            return Ok(point);
-        }
-        let message = format!("{key} is not finite or beyond {LARGEST_COORDINATE:e}; correct it");
-        self.fault(value.span(), message)
-    }
-
     fn colour(&self, value: Spanned<[f64; 3]>, key: &str) -> Result<[f64; 3], SceneError> {
         let rgb = *value.get_ref();
         if rgb.iter().all(|channel| (0.0..=LARGEST_COLOUR).contains(channel)) {
@@ -385,10 +307,6 @@ impl Checker<'_> {
             format!("{key} {rgb:?} is negative, not finite or too large; write 0 to {LARGEST_COLOUR:e}"),
         )
     }
-}
-
-fn is_position(point: DVec3) -> bool {
-    point.is_finite() && point.abs().max_element() <= LARGEST_COORDINATE
 }
 
 /// What keeps four points from being a flat convex quadrilateral.

@@ -114,7 +114,7 @@ impl Lines {
 pub(super) fn open_regular(path: &Path) -> Result<File, SceneError> {
     let about = std::fs::metadata(path).map_err(|error| unreadable(path, &error))?;
     if about.is_dir() {
-        return Err(SceneError::io(path, None, "is a folder; give the scene file in it"));
+        return Err(SceneError::io(path, None, "is a folder; give a file in it"));
     }
     if !about.is_file() {
         return Err(SceneError::io(path, None, "is not a regular file; copy it to one"));

@@ -2,6 +2,7 @@
 //! never changed again.
 
 mod camera;
+mod camera_path;
 mod description;
 mod draft;
 mod error;
@@ -10,13 +11,18 @@ mod lines;
 mod load;
 mod mtl;
 mod obj;
+mod pose;
 mod statements;
+mod toml_file;
 mod triangulate;
+mod turntable;
 mod validate;
 
+pub use camera_path::{CameraPath, Pace};
 pub use error::{SceneError, SceneErrorKind};
 pub use generate::{GenerateError, OfficeOptions, OfficeSummary, generate_office};
 pub use load::{LoadOptions, load};
+pub use turntable::{TurntableError, turntable};
 
 use std::path::PathBuf;
 

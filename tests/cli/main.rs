@@ -12,3 +12,5 @@ mod run;
 mod solution;
 mod statistics;
 mod usage;
+mod video;
+mod views;

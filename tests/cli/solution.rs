@@ -84,7 +84,9 @@ fn statistics_are_those_of_the_solution_without_its_clocks() {
     let (mut first, mut second) = (stats(&folder, "a.json"), stats(&folder, "b.json"));
     assert!(first.seconds.refine > 0.0 && first.visibility.seconds > 0.0);
     assert_eq!((second.seconds.refine, second.seconds.solve, second.visibility.seconds), (0.0, 0.0, 0.0));
+    assert_eq!((first.frames, first.frames_per_second, second.frames), (0, 0.0, 1));
     for stats in [&mut first, &mut second] {
+        (stats.frames, stats.frames_per_second) = (0, 0.0);
         stats.seconds = Default::default();
         stats.visibility.seconds = 0.0;
         stats.memory.peak_rss_bytes = 0;

@@ -8,7 +8,19 @@ use lightshaft::report::stats::Stats;
 
 /// Every field by its record; scripts rely on these names.
 const FIELDS: [(&str, &[&str]); 8] = [
-    ("", &["tracer", "embree_version", "strategy", "threads", "iterations", "energy_error_w"]),
+    (
+        "",
+        &[
+            "tracer",
+            "embree_version",
+            "strategy",
+            "threads",
+            "iterations",
+            "energy_error_w",
+            "frames",
+            "frames_per_second",
+        ],
+    ),
     (
         "scene",
         &[
@@ -170,7 +182,7 @@ fn the_number_of_threads_changes_no_bit_and_no_count() {
         let counts = |name: &str| {
             let mut value = json(&folder, name);
             let record = value.as_object_mut().expect("a record");
-            for measured in ["threads", "seconds", "memory"] {
+            for measured in ["threads", "seconds", "memory", "frames_per_second"] {
                 assert!(record.remove(measured).is_some(), "no {measured}");
             }
             let visibility = record["visibility"].as_object_mut().expect("a record");

@@ -18,6 +18,7 @@ mod asking;
 mod final_gather;
 mod furnace;
 mod lambert;
+mod near;
 mod opening;
 mod penumbra;
 mod polygon;

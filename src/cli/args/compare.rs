@@ -27,6 +27,9 @@ pub(in crate::cli) struct CompareArgs {
     #[arg(long, value_name = "FILE", conflicts_with_all = OF_COMPARING)]
     pub(in crate::cli) replay: Option<PathBuf>,
 
+    /// Camera of the scene [default: the first]
+    #[arg(long, value_name = "NAME", help_heading = "View")]
+    pub(in crate::cli) camera: Option<String>,
     #[command(flatten)]
     pub(in crate::cli) picture: PictureArgs,
 

@@ -11,6 +11,8 @@ use crate::image::tone::Exposure;
 #[derive(Clone, Debug)]
 pub(in crate::cli) struct CompareConfig {
     pub(in crate::cli) run: RunConfig,
+    /// The first camera when absent.
+    pub(in crate::cli) camera: Option<String>,
     pub(in crate::cli) view: ViewConfig,
     /// Rays made by rule.
     pub(in crate::cli) rays: u32,
@@ -65,6 +67,7 @@ impl CompareConfig {
         let machine = MachineArgs { tracer: TracerArg::Embree, library: typed.machine };
         Ok(Self {
             run: RunConfig::check(typed.scene, outputs, solution, machine, typed.quiet)?,
+            camera: typed.camera,
             view,
             rays: typed.rays,
             repeats: typed.repeat,
