@@ -61,9 +61,11 @@ impl<'a> Shots<'a> {
             }
         };
         // One picture was compared with other files before.
-        if shots.folder.is_some() {
+        if let Some(folder) = shots.folder {
             let others = || config.inputs.iter().chain(&config.run.outputs);
             shots.files.iter().try_for_each(|file| check_apart(file, others()))?;
+            // A folder that is made would stand where another file is to go.
+            check_apart(folder, others())?;
         }
         Ok(shots)
     }

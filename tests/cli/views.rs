@@ -216,6 +216,8 @@ fn options_that_make_no_sense_together_are_code_2() {
         ("%d.png", &["--turntable", "3", "--reference", "a.exr"], &["--reference"]),
         ("%d.toml", &["--turntable", "3", "--stats", "2.toml"], &["2.toml", ".json"]),
         ("%d.exr", &["--turntable", "3", "--exposure", "2"], &["--exposure", ".exr"]),
+        ("a.json/%d.png", &["--turntable", "3", "--stats", "a.json"], &["a.json", "twice"]),
+        ("a.mp4/%d.png", &["--turntable", "3", "--video", "a.mp4"], &["a.mp4", "twice"]),
     ] {
         let code = if output.ends_with(".toml") { 6 } else { 2 };
         let parts = if code == 6 { &[".png or .exr"] } else { parts };
