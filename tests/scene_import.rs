@@ -27,7 +27,7 @@ impl Files {
 
     /// Without asking for an emitter.
     fn load_dark(&self) -> Result<Scene, SceneError> {
-        load(&self.1, &LoadOptions { require_emitter: false }, &Silent)
+        load(&self.1, &LoadOptions { require_emitter: false, ..LoadOptions::default() }, &Silent)
     }
 
     /// The error's kind and its message without the folder.

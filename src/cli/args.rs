@@ -10,7 +10,7 @@ mod views;
 pub(super) use compare::CompareArgs;
 pub(super) use convergence::ConvergenceArgs;
 pub(super) use profile::ProfileArgs;
-pub(super) use stored::{SolveArgs, StoredArgs};
+pub(super) use stored::{RelightArgs, SolveArgs, StoredArgs};
 pub(super) use views::{MAX_FRAMES, ViewsArgs};
 
 use std::path::PathBuf;
@@ -38,6 +38,9 @@ pub(super) enum Verb {
     /// Solve a scene once and keep the solution in a file, for --solution of other commands
     #[command(after_help = exit_codes_help())]
     Solve(Box<SolveArgs>),
+    /// Give a solution other lamps or reflectances, over the links that it has, and keep it in a file
+    #[command(after_help = exit_codes_help())]
+    Relight(Box<RelightArgs>),
     /// Solve a scene and print the irradiance at points of it
     #[command(after_help = exit_codes_help())]
     Probe(Box<ProbeArgs>),

@@ -5,12 +5,14 @@ mod convergence;
 mod keep;
 mod pattern;
 mod profile;
+mod relight;
 mod views;
 
 pub(super) use compare::{CompareConfig, Pictures};
 pub(super) use convergence::ConvergenceConfig;
 pub(super) use keep::KeepConfig;
 pub(super) use profile::ProfileConfig;
+pub(super) use relight::RelightConfig;
 pub(super) use views::{Motion, VideoConfig, Views};
 
 use std::path::{Path, PathBuf};

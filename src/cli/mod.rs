@@ -15,6 +15,7 @@ mod frames;
 mod generate;
 mod probe;
 mod profile;
+mod relight;
 mod render;
 mod setup;
 mod shots;
@@ -51,6 +52,7 @@ fn run(typed: impl Iterator<Item = OsString>) -> ExitKind {
     let result = match arguments.verb {
         Verb::Render(typed) => config::RenderConfig::check(*typed).and_then(|config| render::run(&config)),
         Verb::Solve(typed) => config::KeepConfig::check(*typed).and_then(|config| solve::run(&config)),
+        Verb::Relight(typed) => config::RelightConfig::check(*typed).and_then(|config| relight::run(&config)),
         Verb::Probe(typed) => config::ProbeConfig::check(*typed).and_then(|config| probe::run(&config)),
         Verb::Convergence(typed) => {
             config::ConvergenceConfig::check(*typed).and_then(|config| convergence::run(&config))

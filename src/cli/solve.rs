@@ -24,6 +24,7 @@ pub(super) fn run(config: &KeepConfig) -> Result<(), CliError> {
 fn run_in_pool(config: &KeepConfig, progress: &dyn Progress) -> Result<(), CliError> {
     let Solved { scene, hierarchy, solution, origin, mut stats, clock, .. } =
         Loaded::load(&config.run, progress)?.solve(&config.run, progress)?;
+    let origin = origin.at(&config.output, &config.run.scene);
     write_solution(&config.output, &hierarchy, scene.meters_per_unit, &solution, &origin)?;
     stats.seconds.total = clock.total();
     stats.memory.peak_rss_bytes = memory::peak_rss_bytes();

@@ -16,7 +16,7 @@ use crate::progress::{Progress, Silent, TerminalProgress};
 use crate::radiosity::{self, Link, LinkClass, Solution, SolveOptions};
 use crate::report::memory;
 use crate::report::stats::{EnergyStats, LinkStats, MemoryStats, SceneStats, Stats, VisibilityStats};
-use crate::scene::{self, Scene};
+use crate::scene::{self, LoadOptions, Scene};
 use crate::tracer::embree::{EmbreeError, EmbreeLibrary, EmbreeOptions, EmbreeTracer};
 use crate::tracer::{FallbackTracer, Tracer};
 use crate::visibility::{Strategy, VisibilityCounters, VisibilityOptions};
@@ -78,8 +78,10 @@ impl Loaded {
         let embree = find_embree(config)?;
         stats.seconds.build = clock.lap();
         progress.start("load", 0);
-        let scene =
-            scene::load(&config.scene, &scene::LoadOptions::default(), progress).map_err(scene_failure);
+        // What was changed for a solution is part of its scene.
+        let changes = stored.as_ref().map(|file| file.origin().changes.clone()).unwrap_or_default();
+        let options = LoadOptions { changes, ..LoadOptions::default() };
+        let scene = scene::load(&config.scene, &options, progress).map_err(scene_failure);
         progress.finish();
         let scene = scene?;
         check_not_read(&config.outputs, &scene.files)?;
@@ -170,7 +172,7 @@ fn read_solution(
 }
 
 /// What an unusable solution file means for the caller.
-fn file_failure(error: SolutionFileError) -> CliError {
+pub(super) fn file_failure(error: SolutionFileError) -> CliError {
     match error {
         SolutionFileError::Unreadable { .. } => CliError::Unreadable(error.to_string()),
         _ => CliError::Malformed(error.to_string()),
@@ -190,7 +192,7 @@ fn warn_if_unfinished(solution: &Solution, most: u32) {
 }
 
 /// Says so when links lose or make much light on the way.
-fn warn_if_unbalanced(solution: &Solution) {
+pub(super) fn warn_if_unbalanced(solution: &Solution) {
     let error = solution.energy.balance_error();
     if error > UNBALANCED {
         console::warning(&format!(
@@ -282,7 +284,7 @@ impl From<VisibilityArg> for Strategy {
 }
 
 /// Copies what the rooms counted into the record.
-fn fill_stats(stats: &mut Stats, scene: &Scene, hierarchy: &Hierarchy, solution: &Solution) {
+pub(super) fn fill_stats(stats: &mut Stats, scene: &Scene, hierarchy: &Hierarchy, solution: &Solution) {
     stats.scene = SceneStats {
         triangles_initial: scene.counts.triangles_initial,
         triangles_final: solution.triangle_count(hierarchy),

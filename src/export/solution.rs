@@ -29,8 +29,8 @@ const HEAD: usize = 8 + 4 + 20;
 /// No section of counters or of figures holds more.
 const MOST_FIGURES: usize = 64;
 
-/// Longest description of the origin, bytes.
-const LONGEST_ORIGIN: usize = 1 << 12;
+/// Longest description of the origin, bytes: it names the materials that have changed.
+const LONGEST_ORIGIN: usize = 1 << 20;
 
 const ORIGIN: Tag = *b"MADE";
 const SCENE: Tag = *b"SCEN";
@@ -67,6 +67,9 @@ fn write(to: &mut dyn Write, scene: &Fingerprint, solution: &Solution, origin: &
     }
     write_sealed(to, &head)?;
     let text = serde_json::to_vec(origin)?;
+    if text.len() > LONGEST_ORIGIN {
+        return Err(io::Error::other("the names of the materials that have changed are too long"));
+    }
     write_section(to, ORIGIN, text.len(), text)?;
     let Fingerprint { one_sided, geometry, materials, tree } = *scene;
     write_section(to, SCENE, 4, [u64::from(one_sided), geometry, materials, tree])?;

@@ -26,9 +26,9 @@ pub(super) struct Conservation {
 }
 
 impl Conservation {
-    /// Nothing is known yet.
-    pub(super) fn unknown() -> Conservation {
-        Conservation { factor: 1.0, flight: None }
+    /// Nothing is known yet but a factor to begin with: that of the light before, or 1.
+    pub(super) fn beginning_with(factor: f32) -> Conservation {
+        Conservation { factor, flight: None }
     }
 
     /// Finds with rays how much light ends on surfaces, if nothing is known or light has `changed`.

@@ -4,6 +4,7 @@
 //! Exitance `B` and irradiance `E` are in W/m², radiance in W/(m²·sr), colours linear RGB. Lengths are
 //! local (see [`crate::hierarchy::Frame`]); powers become watts when they leave this room.
 
+mod approach;
 mod conservation;
 mod cuts;
 mod estimate;
@@ -17,6 +18,7 @@ mod place;
 mod portion;
 mod quarters;
 mod refine;
+mod relight;
 mod shading;
 mod solve;
 mod strays;
@@ -33,5 +35,6 @@ pub use openness::{Arriving, Kept, Openness};
 pub use place::place;
 pub use quarters::Quarters;
 pub use refine::RefineCounters;
+pub use relight::{Relit, Reuse, relight};
 pub use solve::{Energy, Record, Solution, SolveOptions, solve};
 pub use strays::Strays;

@@ -261,6 +261,14 @@ impl<'a> Refiner<'a> {
         self.pair(&receiver, &source, PairState { visible, inheritance }, output);
     }
 
+    /// Whether a link is one that would be divided further.
+    pub(super) fn is_coarse(&self, link: &Link) -> bool {
+        let (receiver, source) = (self.party(link.receiver), self.party(link.source));
+        let partial = link.class >= LinkClass::Partial;
+        estimate_of_link(link, &receiver, &source, self.hierarchy, self.light)
+            .is_some_and(|figures| self.wanted_split(&receiver, &source, &figures, partial).is_some())
+    }
+
     /// Keeps work for a receiver, if that is asked for.
     fn note(&self, done: &mut WorkDone, receiver: u32, work: u64) {
         if self.record == Record::Work {

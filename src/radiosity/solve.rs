@@ -1,5 +1,6 @@
 //! From a hierarchy to a solution: refine and iterate until the energy error is small.
 
+use super::approach::Approach;
 use super::conservation::Conservation;
 use super::flight::{flight, rooms};
 use super::forest::Forest;
@@ -31,14 +32,14 @@ const BLACK: f64 = 0.03;
 const SETTLED: f64 = 1e-2;
 
 /// If it does not settle, it ends after this many iterations.
-const REFINED_AT_MOST: u32 = 32;
+const REFINED_AT_MOST: usize = 32;
+
+/// Light that does not settle over links that are there already is waited for so many iterations.
+const WAITED_AT_MOST: u32 = 2000;
 
 /// Iteration ends when this share of the emitted power is still to come, if changes go on shrinking as they
 /// do.
 const CONVERGED: f64 = 5e-5;
-
-/// Changes are taken to shrink at least by this factor.
-const SLOWEST: f64 = 0.999;
 
 /// How exact the solution has to be.
 #[derive(Clone, Copy, Debug)]
@@ -183,22 +184,67 @@ pub fn solve(
     progress: &dyn Progress,
 ) -> Solution {
     let begun = Instant::now();
-    let tester = Tester::new(hierarchy, tracer, options.visibility).detailed(options.record == Record::Steps);
-    let mut forest = Forest::new(hierarchy);
-    let mut light = Light::emitted(hierarchy, &forest, &Materials { hierarchy, forest: &forest });
+    let forest = Forest::new(hierarchy);
     // A single facet has nothing to exchange light with.
     let first = if hierarchy.nodes[0].is_leaf() { Vec::new() } else { vec![SELF_LINK] };
-    let mut links = LinkSet::new(first, hierarchy.nodes.len() + forest.len());
-    let openness = Openness::found(hierarchy, &forest, tracer, progress);
-    let mut strays = Strays::none(forest.len());
-    let mut damping = Damping::none(forest.len());
-    let mut conservation = Conservation::unknown();
-    let mut counters = RefineCounters::default();
+    let beginning = Beginning {
+        begun,
+        links: LinkSet::new(first, hierarchy.nodes.len() + forest.len()),
+        openness: Openness::found(hierarchy, &forest, tracer, progress),
+        strays: Strays::none(forest.len()),
+        factor: 1.0,
+        counters: RefineCounters::default(),
+        min_size: None,
+        is_refined: None,
+        forest,
+    };
+    iterate(hierarchy, tracer, beginning, options, square_meters, progress)
+}
+
+/// What iteration begins with: one link, or those of a solution whose light is to be another.
+pub(super) struct Beginning<'a> {
+    pub(super) begun: Instant,
+    pub(super) forest: Forest,
+    pub(super) links: LinkSet,
+    pub(super) openness: Openness,
+    pub(super) strays: Strays,
+    /// See [`Solution::factor`].
+    pub(super) factor: f32,
+    pub(super) counters: RefineCounters,
+    /// See [`Solution::min_size`]; `None` before it is known.
+    pub(super) min_size: Option<f64>,
+    /// Asked, where links are there already, when their light has settled: whether they have to be refined. Without a
+    /// question they are refined from the first iteration on.
+    pub(super) is_refined: Option<Question<'a>>,
+}
+
+/// Something that is asked of links and their light.
+pub(super) type Question<'a> = &'a dyn Fn(&Forest, &LinkSet, &Light) -> bool;
+
+/// Refines links and lets light flow over them until it has settled.
+pub(super) fn iterate(
+    hierarchy: &Hierarchy,
+    tracer: &dyn Tracer,
+    beginning: Beginning<'_>,
+    options: &SolveOptions,
+    square_meters: f64,
+    progress: &dyn Progress,
+) -> Solution {
+    let Beginning { begun, mut forest, mut links, openness, mut strays, mut counters, min_size, .. } =
+        beginning;
+    let tester = Tester::new(hierarchy, tracer, options.visibility).detailed(options.record == Record::Steps);
+    let mut light = Light::emitted(hierarchy, &forest, &Materials { hierarchy, forest: &forest });
+    let mut damping = match beginning.is_refined {
+        None => Damping::none(forest.len()),
+        Some(_) => Damping::new(hierarchy, &forest, &links, (&openness, &strays), Damping::MANY, progress),
+    };
+    let mut conservation = Conservation::beginning_with(beginning.factor);
     let emitted = emitted_power(hierarchy, &forest);
     let mut work = Vec::new();
     let mut refine_seconds = 0.0;
     let (mut iterations, mut error, mut factor) = (0, f64::MAX, conservation.factor);
     let (mut settled, mut since_settled) = (false, 0);
+    let (mut is_waiting, mut refinements) = (beginning.is_refined, 0);
     let mut wall_area = 1.0;
     // A fraction that knows nothing of brightness does not change.
     let weighs_again = options.visibility.strategy != Strategy::Sampled;
@@ -210,6 +256,18 @@ pub fn solve(
     while iterations < options.iterations.max(1)
         && !(since_settled > LOOKED_FOR_STRAYS[0] && approach.has_arrived())
     {
+        // How fast changes shrink is known after two of them.
+        if let Some(is_refined) = is_waiting
+            && (iterations > 1 && approach.has_arrived() || iterations >= WAITED_AT_MOST)
+        {
+            is_waiting = None;
+            settled = !is_refined(&forest, &links, &light);
+            if settled {
+                wall_area = rooms(hierarchy, &forest, &light, tracer).wall_area;
+                thresholds =
+                    final_thresholds(hierarchy, &forest, &light, wall_area, options).unwrap_or(thresholds);
+            }
+        }
         let weighed = weighs_again && WEIGHED_AGAIN.contains(&since_settled);
         let looked_for_strays = weighs_again && LOOKED_FOR_STRAYS.contains(&since_settled);
         let start = Instant::now();
@@ -242,7 +300,7 @@ pub fn solve(
             damping = Damping::new(hierarchy, &forest, &links, (&openness, &strays), Damping::MANY, progress);
             refine_seconds += start.elapsed().as_secs_f64();
         }
-        if !settled {
+        if !settled && is_waiting.is_none() {
             let start = Instant::now();
             approach.shown = None;
             progress.start("refine", links.links.len() as u64);
@@ -268,8 +326,8 @@ pub fn solve(
             }
             light = light.renumbered(&forest, &new_from_old);
             let added = after.abs_diff(before) as f64;
-            settled = iterations as usize > SCHEDULE.len() && added <= SETTLED * after as f64
-                || iterations >= REFINED_AT_MOST;
+            settled = refinements > SCHEDULE.len() && added <= SETTLED * after as f64
+                || refinements >= REFINED_AT_MOST;
             let is_last = settled || iterations + 1 == options.iterations.max(1);
             if is_last {
                 let kept = refined.len();
@@ -298,17 +356,23 @@ pub fn solve(
         light = next;
         iterations += 1;
         since_settled += u32::from(settled);
-        if !settled {
+        if !settled && is_waiting.is_none() {
+            refinements += 1;
             wall_area = rooms(hierarchy, &forest, &light, tracer).wall_area;
             if let Some(lit) = lit_irradiance(&light, &forest) {
-                thresholds = thresholds_for(iterations as usize, lit, wall_area, hierarchy, options);
+                thresholds = thresholds_for(refinements, lit, wall_area, hierarchy, options);
             }
         }
     }
 
     progress.finish();
     let energy = balance(hierarchy, &forest, &light, tracer, error, factor, square_meters);
-    let min_size = thresholds.min_size * hierarchy.frame.scene_units_per_local();
+    let refined_to = thresholds.min_size * hierarchy.frame.scene_units_per_local();
+    let min_size = match min_size {
+        Some(before) if refinements == 0 => before,
+        Some(before) => before.min(refined_to),
+        None => refined_to,
+    };
     Solution {
         forest,
         light,
@@ -323,60 +387,6 @@ pub fn solve(
         min_size,
         refine_seconds,
         solve_seconds: begun.elapsed().as_secs_f64() - refine_seconds,
-    }
-}
-
-/// How near the light is to where iteration takes it.
-struct Approach {
-    /// Power still to come that is little enough.
-    little: f64,
-    /// Power that changed in the last iteration.
-    change: f64,
-    /// Power still to come.
-    to_come: f64,
-    /// The most that it has been.
-    most: f64,
-    /// Parts of the way that the bar shows; `None` while it shows something else.
-    shown: Option<u64>,
-}
-
-impl Approach {
-    /// Parts of the way, as progress shows them.
-    const STEPS: f64 = 1000.0;
-
-    fn new(little: f64) -> Approach {
-        Approach { little, change: f64::MAX, to_come: f64::MAX, most: 0.0, shown: None }
-    }
-
-    fn has_arrived(&self) -> bool {
-        self.to_come <= self.little
-    }
-
-    /// The way done, of [`Self::STEPS`]; changes shrink by the same factor every time.
-    fn done(&self) -> u64 {
-        let way = (self.most / self.little.max(f64::MIN_POSITIVE)).ln();
-        let left = (self.to_come / self.little.max(f64::MIN_POSITIVE)).ln();
-        if way > 0.0 { ((1.0 - left / way).clamp(0.0, 1.0) * Self::STEPS) as u64 } else { 0 }
-    }
-
-    /// Iterations begin, or go on.
-    fn show(&mut self, progress: &dyn Progress) {
-        self.shown.get_or_insert_with(|| {
-            progress.start("gather", Self::STEPS as u64);
-            0
-        });
-    }
-
-    /// One iteration changed this much power.
-    fn step(&mut self, change: f64, progress: &dyn Progress) {
-        let factor = (change / self.change).min(SLOWEST);
-        self.change = change;
-        self.to_come = change * factor / (1.0 - factor);
-        self.most = self.most.max(self.to_come);
-        let done = self.done();
-        let shown = self.shown.unwrap_or(0);
-        progress.advance(done.saturating_sub(shown));
-        self.shown = Some(done.max(shown));
     }
 }
 
@@ -447,13 +457,13 @@ fn first_thresholds(emitted: f64, rooms: f64, hierarchy: &Hierarchy, options: &S
 /// Thresholds relative to the light as it falls, and to the size of the rooms it falls in: so neither
 /// the size of a building nor the fineness of its triangles matters.
 fn thresholds_for(
-    iteration: usize,
+    refinements: usize,
     lit: f64,
     wall_area: f64,
     hierarchy: &Hierarchy,
     options: &SolveOptions,
 ) -> Thresholds {
-    let factor = SCHEDULE.get(iteration).copied().unwrap_or(1.0);
+    let factor = SCHEDULE.get(refinements).copied().unwrap_or(1.0);
     let min_size = options.min_size.map_or_else(
         || 2.0 * wall_area.sqrt() / options.resolution,
         |size| hierarchy.frame.local_length(size),
@@ -466,6 +476,18 @@ fn thresholds_for(
         black: BLACK * lit,
         min_size: min_size.max(MIN_LOCAL_SIZE),
     }
+}
+
+/// Those of the end, for light that has settled; `None` when all is dark.
+pub(super) fn final_thresholds(
+    hierarchy: &Hierarchy,
+    forest: &Forest,
+    light: &Light,
+    wall_area: f64,
+    options: &SolveOptions,
+) -> Option<Thresholds> {
+    let lit = lit_irradiance(light, forest)?;
+    Some(thresholds_for(SCHEDULE.len(), lit, wall_area, hierarchy, options))
 }
 
 /// Geometric mean of the irradiance, weighted by the power it brings; `None` when all is dark.

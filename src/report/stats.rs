@@ -32,10 +32,24 @@ pub struct Stats {
     pub frames_per_second: f64,
     /// How far the picture is from a reference; absent without one.
     pub reference: Option<TruthDifference>,
+    /// How far links fit other light; of `relight` only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub relit: Option<RelitStats>,
     /// Bytes.
     pub memory: MemoryStats,
     /// Wall-clock seconds by phase.
     pub seconds: PhaseSeconds,
+}
+
+/// How far links that are there already fit other light.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub struct RelitStats {
+    /// Links that were not tested, since their source was dark, and had to be.
+    pub untested: u64,
+    /// Share of the light that comes over links which it would have divided further.
+    pub coarse: f64,
+    /// Rays that visibility took anew.
+    pub rays_cast: u64,
 }
 
 /// Sizes of the scene.

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
+use super::change::MaterialChange;
 use super::description::{MaterialOverride, Quad};
 use super::error::{SceneError, name_list, quoted};
 use super::mtl::{self, MtlMaterial};
@@ -40,6 +41,24 @@ pub(super) struct DraftMaterial {
     pub(super) radiance: [f64; 3],
     pub(super) origin: Origin,
     is_quad: bool,
+}
+
+impl DraftMaterial {
+    /// What is given takes the place of what was.
+    fn become_other(&mut self, reflectance: Option<[f64; 3]>, radiance: Option<[f64; 3]>) {
+        if let Some(reflectance) = reflectance {
+            self.reflectance = reflectance;
+            self.origin = Origin::Given;
+        }
+        if let Some(radiance) = radiance {
+            self.radiance = radiance;
+        }
+    }
+}
+
+/// A name as a scene has it: it goes to terminals, pages and files of rays, so control characters are blanked.
+pub(super) fn shown_name(name: &str) -> String {
+    name.replace(char::is_control, " ")
 }
 
 /// Everything read so far.
@@ -235,15 +254,16 @@ impl Draft {
             return Err(SceneError::invalid(&self.file, Some(change.line), self.unknown_material(change)));
         }
         for material in self.materials.iter_mut().filter(|m| !m.is_quad && m.name == change.name) {
-            if let Some(reflectance) = change.reflectance {
-                material.reflectance = reflectance;
-                material.origin = Origin::Given;
-            }
-            if let Some(radiance) = change.radiance {
-                material.radiance = radiance;
-            }
+            material.become_other(change.reflectance, change.radiance);
         }
         Ok(())
+    }
+
+    /// Changes every material and quad of a name, as a scene shows names; there may be none.
+    pub(super) fn change_material(&mut self, change: &MaterialChange) {
+        for material in self.materials.iter_mut().filter(|m| shown_name(&m.name) == change.name) {
+            material.become_other(change.reflectance, change.radiance);
+        }
     }
 
     fn unknown_material(&self, change: &MaterialOverride) -> String {
@@ -289,7 +309,7 @@ fn resolve(name: &str, library: &HashMap<String, MtlMaterial>) -> DraftMaterial 
 }
 
 /// Up to three names that are a few letters away, nearest first.
-fn nearest_names<'a>(name: &str, known: &'a BTreeSet<String>) -> Vec<&'a str> {
+pub(super) fn nearest_names<'a>(name: &str, known: &'a BTreeSet<String>) -> Vec<&'a str> {
     let short = |text: &str| text.to_lowercase().chars().take(64).collect::<Vec<_>>();
     let wanted = short(name);
     let most = 2.max(wanted.len() / 3);

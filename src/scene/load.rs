@@ -2,21 +2,23 @@
 
 use std::path::Path;
 
-use super::draft::Draft;
+use super::draft::{Draft, shown_name};
 use super::error::{SceneError, quoted};
-use super::{Rectangle, Scene, camera, description, validate};
+use super::{MaterialChange, Rectangle, Scene, camera, description, validate};
 use crate::progress::Progress;
 
 /// How to load a scene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct LoadOptions {
     /// Refuse a scene in which nothing emits light. On by default; off for looking at geometry.
     pub require_emitter: bool,
+    /// What materials become, after all that the files say; names that the scene does not have do nothing.
+    pub changes: Vec<MaterialChange>,
 }
 
 impl Default for LoadOptions {
     fn default() -> Self {
-        Self { require_emitter: true }
+        Self { require_emitter: true, changes: Vec::new() }
     }
 }
 
@@ -62,6 +64,7 @@ pub fn load(path: &Path, options: &LoadOptions, progress: &dyn Progress) -> Resu
         }
         _ => return Err(unsupported(path, &extension)),
     }
+    options.changes.iter().for_each(|change| draft.change_material(change));
     let mut scene = validate::finish(draft, scene_name(path), meters_per_unit, options)?;
     if cameras.is_empty() {
         cameras.push(camera::derive(&scene.positions, &scene.triangles));
@@ -97,10 +100,9 @@ fn unsupported(path: &Path, extension: &str) -> SceneError {
     SceneError::invalid(path, None, message)
 }
 
-/// The file's stem, or its folder's name when the file is just called `scene`. It goes to terminals and pages, so control
-/// characters are blanked.
+/// The file's stem, or its folder's name when the file is just called `scene`.
 fn scene_name(path: &Path) -> String {
-    file_name(path).replace(char::is_control, " ")
+    shown_name(&file_name(path))
 }
 
 fn file_name(path: &Path) -> String {

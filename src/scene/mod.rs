@@ -3,6 +3,7 @@
 
 mod camera;
 mod camera_path;
+mod change;
 mod description;
 mod draft;
 mod error;
@@ -19,6 +20,7 @@ mod turntable;
 mod validate;
 
 pub use camera_path::{CameraPath, Pace};
+pub use change::{MaterialChange, check_names};
 pub use error::{SceneError, SceneErrorKind};
 pub use generate::{GenerateError, OfficeOptions, OfficeSummary, generate_office};
 pub use load::{LoadOptions, load};

@@ -4,7 +4,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::draft::{DEFAULT_GREY, Draft, DraftMaterial, Origin};
+use super::draft::{DEFAULT_GREY, Draft, DraftMaterial, Origin, shown_name};
 use super::error::{SceneError, name_list};
 use super::{LoadOptions, Material, Scene, Triangle};
 
@@ -275,8 +275,7 @@ fn clamp(warnings: &mut Vec<String>, file: &str, materials: Vec<DraftMaterial>) 
     materials
         .into_iter()
         .map(|material| Material {
-            // Names go to terminals, pages and files of rays.
-            name: material.name.replace(char::is_control, " "),
+            name: shown_name(&material.name),
             reflectance: material.reflectance.map(|rho| rho.min(HIGHEST_REFLECTANCE) as f32),
             radiance: material.radiance.map(|radiance| radiance as f32),
         })

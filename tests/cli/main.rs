@@ -7,6 +7,7 @@ mod failures;
 mod pages;
 mod probe;
 mod profile;
+mod relight;
 mod render;
 mod run;
 mod solution;

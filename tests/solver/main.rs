@@ -26,6 +26,7 @@ mod openness;
 mod overlaps;
 mod proofs;
 mod quarters;
+mod relight;
 mod second_opinion;
 mod segments;
 mod solving;

@@ -1,10 +1,11 @@
-//! The arguments about solution files: what writes one, and what is done with one instead of solving.
+//! The arguments about solution files: what writes one, what changes one, and what is done with one instead of solving.
 
 use std::path::PathBuf;
 
 use clap::Args;
 
 use super::{MachineArgs, SolutionArgs};
+use crate::scene::MaterialChange;
 
 #[derive(Debug, Args)]
 pub(in crate::cli) struct SolveArgs {
@@ -17,6 +18,36 @@ pub(in crate::cli) struct SolveArgs {
 
     #[command(flatten)]
     pub(in crate::cli) solution: SolutionArgs,
+    #[command(flatten)]
+    pub(in crate::cli) machine: MachineArgs,
+
+    /// Write the statistics of the run as JSON
+    #[arg(long, value_name = "FILE", help_heading = "Report")]
+    pub(in crate::cli) stats: Option<PathBuf>,
+    /// Print nothing but errors
+    #[arg(short, long, help_heading = "Report")]
+    pub(in crate::cli) quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub(in crate::cli) struct RelightArgs {
+    /// Solution file that `lightshaft solve` or `relight` wrote
+    #[arg(value_name = "SOLUTION")]
+    pub(in crate::cli) stored: PathBuf,
+    /// What changes: NAME.radiance=[R,G,B] in W/(m²·sr) or NAME.reflectance=[R,G,B], of the material or [[quad]] of that
+    /// name; as often as wanted
+    #[arg(long = "set", value_name = "CHANGE", required = true, value_parser = MaterialChange::parse)]
+    pub(in crate::cli) changes: Vec<MaterialChange>,
+    /// Solution file to write (.lsol), for --solution of other commands
+    #[arg(short, long, value_name = "FILE")]
+    pub(in crate::cli) output: PathBuf,
+    /// The scene that was solved, when it is not where it was, seen from the solution file
+    #[arg(long, value_name = "FILE")]
+    pub(in crate::cli) scene: Option<PathBuf>,
+    /// Divide links further that are too coarse for the new light: less error, and more time
+    #[arg(long)]
+    pub(in crate::cli) refine: bool,
+
     #[command(flatten)]
     pub(in crate::cli) machine: MachineArgs,
 
