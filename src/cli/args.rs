@@ -21,6 +21,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use super::errors::exit_codes_help;
 use crate::export::Quality;
 use crate::gather::SAMPLES;
+use crate::image::tone::Tone;
 
 /// Diffuse global illumination by hierarchical radiosity: solves a scene once and renders views of it.
 #[derive(Debug, Parser)]
@@ -75,7 +76,7 @@ pub(super) struct RenderArgs {
     /// Scene description (.toml) or a bare mesh (.obj)
     #[arg(value_name = "SCENE")]
     pub(super) scene: PathBuf,
-    /// Picture to write: .png (tone-mapped) or .exr (linear radiance). For several pictures, the name has a place for
+    /// Picture to write: .png (tone-mapped), .exr or .hdr (linear radiance). For several pictures, the name has a place for
     /// what they differ in: %04d for a number from 1 in at least 4 digits, or %s for the name of a camera
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: PathBuf,
@@ -87,6 +88,12 @@ pub(super) struct RenderArgs {
     /// Multiplier on linear radiance before tone mapping [default: chosen from the picture]
     #[arg(long, value_name = "X", help_heading = "View", value_parser = positive, allow_negative_numbers = true)]
     pub(super) exposure: Option<f64>,
+    /// How exposed radiance becomes colours of the screen [default: filmic]
+    #[arg(long, value_name = "TONE", help_heading = "View", value_enum)]
+    pub(super) tone: Option<ToneArg>,
+    /// Keep layers besides radiance in an .exr: irradiance, albedo, depth, normal, element, class
+    #[arg(long, help_heading = "View")]
+    pub(super) layers: bool,
     /// Light each pixel anew over the links to what it shows: crisp shadows, which take longer
     #[arg(long, help_heading = "View", overrides_with = "reconstruct")]
     pub(super) final_gather: bool,
@@ -301,6 +308,23 @@ pub(super) enum ViewArg {
     Class,
     /// Heat map: share of the light that comes over partial links
     Partial,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum ToneArg {
+    /// A shoulder that keeps highlights and hues
+    Filmic,
+    /// No curve: what is brighter than white is white
+    Plain,
+}
+
+impl From<ToneArg> for Tone {
+    fn from(typed: ToneArg) -> Tone {
+        match typed {
+            ToneArg::Filmic => Tone::Filmic,
+            ToneArg::Plain => Tone::Plain,
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

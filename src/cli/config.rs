@@ -22,7 +22,7 @@ use super::args::{
     TracerArg, ViewArg, VisibilityArg,
 };
 use super::errors::CliError;
-use crate::image::tone::Exposure;
+use crate::image::tone::{Exposure, Tone};
 use crate::image::write::PictureFormat;
 use crate::radiosity::Record;
 
@@ -51,6 +51,10 @@ pub(super) struct RenderConfig {
     pub(super) inputs: Vec<PathBuf>,
     pub(super) views: Views,
     pub(super) format: PictureFormat,
+    /// How exposed radiance becomes displayable.
+    pub(super) tone: Tone,
+    /// Whether pictures have layers besides radiance.
+    pub(super) layers: bool,
     pub(super) video: Option<VideoConfig>,
     pub(super) stats: Option<PathBuf>,
     pub(super) view: ViewConfig,
@@ -260,11 +264,19 @@ impl RenderConfig {
     pub(super) fn check(typed: RenderArgs) -> Result<Self, CliError> {
         let format = PictureFormat::of(&typed.output)?;
         let (views, video) = Views::check(typed.views, &typed.output)?;
-        if format == PictureFormat::Exr && video.is_none() && typed.exposure.is_some() {
-            return usage("--exposure has no use with .exr, which holds radiance as it is");
+        let of_display = [("--exposure", typed.exposure.is_some()), ("--tone", typed.tone.is_some())];
+        if let Some((option, _)) = of_display.into_iter().find(|(_, is_typed)| *is_typed) {
+            if format != PictureFormat::Png && video.is_none() {
+                return usage(&format!(
+                    "{option} has no use with .exr and .hdr, which hold radiance as it is"
+                ));
+            }
+            if !matches!(typed.view, ViewArg::Shaded | ViewArg::Mesh) {
+                return usage(&format!("{option} has no use with a heat map, whose colours have a legend"));
+            }
         }
-        if typed.exposure.is_some() && !matches!(typed.view, ViewArg::Shaded | ViewArg::Mesh) {
-            return usage("--exposure has no use with a heat map, whose colours have a legend");
+        if typed.layers && (format != PictureFormat::Exr || typed.view != ViewArg::Shaded) {
+            return usage("--layers is for .exr and --view shaded; nothing else has a place for them");
         }
         if typed.final_gather && typed.view != ViewArg::Shaded {
             return usage("--final-gather is for --view shaded; the other views show elements as they are");
@@ -308,6 +320,8 @@ impl RenderConfig {
             inputs,
             views,
             format,
+            tone: typed.tone.map_or(Tone::Filmic, Tone::from),
+            layers: typed.layers,
             video,
             stats: typed.stats,
             view,

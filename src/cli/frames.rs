@@ -11,10 +11,10 @@ use super::errors::CliError;
 use super::shots::Shots;
 use super::solved::Solved;
 use crate::image::picture::Picture;
-use crate::image::tone::{Exposure, automatic_exposure, srgb_bytes};
+use crate::image::tone::{self, Exposure, Tone, automatic_exposure, srgb_bytes};
 use crate::image::video::{Video, VideoShape};
-use crate::image::write::{OutputError, PictureFormat, write_picture};
-use crate::image::{self, Heat, HeatMap, RenderOptions, Renderer, View};
+use crate::image::write::{OutputError, PictureFormat, write_layers, write_picture};
+use crate::image::{self, Heat, HeatMap, LayerMaker, Layers, RenderOptions, Renderer, View};
 use crate::progress::Progress;
 use crate::scene::Camera;
 
@@ -67,7 +67,9 @@ pub(super) fn make(
     let mut legends = shared_map.as_ref().map(HeatMap::legend).unwrap_or_default();
 
     shots.make_folder()?;
-    let mut writer = Writer { video: video_of(config, cameras)?, black: Vec::new() };
+    let maker = config.layers.then(|| LayerMaker::new(&renderer));
+    let (format, tone) = (config.format, config.tone);
+    let mut writer = Writer { format, tone, video: video_of(config, cameras)?, black: Vec::new() };
     let started = Instant::now();
     progress.start("render", cameras.iter().map(|camera| u64::from(camera.height)).sum());
     let mut last: Option<Shot> = None;
@@ -96,7 +98,8 @@ pub(super) fn make(
             say_exposure(config, &what, chosen);
             Some(chosen)
         });
-        last = Some(Shot { picture, exposure, file: file.clone() });
+        let layers = maker.as_ref().map(|maker| maker.layers(camera));
+        last = Some(Shot { picture, exposure, layers, file: file.clone() });
     }
     let Some(shot) = last else { return Err(CliError::Internal("no picture was asked for".to_owned())) };
     writer.write(&shot)?;
@@ -120,11 +123,14 @@ struct Shot {
     picture: Picture,
     /// Multiplier on radiance; colours that are none are written as they are.
     exposure: Option<f32>,
+    layers: Option<Layers>,
     file: PathBuf,
 }
 
 /// Takes pictures in their order.
 struct Writer {
+    format: PictureFormat,
+    tone: Tone,
     video: Option<Video>,
     /// Files of pictures in which nothing is seen.
     black: Vec<PathBuf>,
@@ -132,14 +138,23 @@ struct Writer {
 
 impl Writer {
     fn write(&mut self, shot: &Shot) -> Result<(), OutputError> {
-        let Shot { picture, exposure, file } = shot;
+        let Shot { picture, exposure, layers, file } = shot;
         if picture.pixels.iter().all(|&pixel| pixel == [0.0; 3]) {
             self.black.push(file.clone());
         }
+        let plain = match (self.tone, exposure) {
+            (Tone::Plain, Some(exposure)) => Some(tone::plain(picture, *exposure)),
+            _ => None,
+        };
+        let (shown, exposure) = plain.as_ref().map_or((picture, *exposure), |plain| (plain, None));
         if let Some(video) = &mut self.video {
-            video.add(&srgb_bytes(picture, *exposure))?;
+            video.add(&srgb_bytes(shown, exposure))?;
         }
-        write_picture(file, picture, *exposure)
+        match (self.format, layers) {
+            (PictureFormat::Png, _) => write_picture(file, shown, exposure),
+            (_, Some(layers)) => write_layers(file, picture, layers),
+            (_, None) => write_picture(file, picture, exposure),
+        }
     }
 
     /// Ends the video; the answer is which pictures are black.

@@ -5,6 +5,7 @@ mod descent;
 mod exposure;
 mod gathered;
 mod heat;
+mod layers;
 mod mesh_view;
 pub mod picture;
 pub mod read;
@@ -16,5 +17,6 @@ pub mod write;
 
 pub use exposure::shared_exposure;
 pub use heat::{Heat, HeatMap};
+pub use layers::{LayerMaker, Layers, NOTHING};
 pub use render::{RenderOptions, Renderer, View, render};
 pub use seen::seen;

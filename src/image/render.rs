@@ -107,6 +107,12 @@ impl<'a> Renderer<'a> {
         self.looked_at(camera, &Look::Heat(map), self.samples, progress)
     }
 
+    /// What pictures are made of.
+    pub(super) fn shown(&self) -> Shown<'_> {
+        let (hierarchy, tracer, solution) = (self.hierarchy, self.tracer, self.solution);
+        Shown { hierarchy, tracer, solution, surfaces: &self.surfaces }
+    }
+
     /// A quick picture, interpolated, with one ray a pixel.
     pub(super) fn preview(&self, camera: &Camera) -> Picture {
         self.looked_at(camera, &self.look, 1, &Silent)
@@ -126,6 +132,15 @@ impl<'a> Renderer<'a> {
         });
         Picture { width: camera.width, height: camera.height, pixels }
     }
+}
+
+/// What pictures are made of, whatever they show of it.
+#[derive(Clone, Copy)]
+pub(super) struct Shown<'a> {
+    pub(super) hierarchy: &'a Hierarchy,
+    pub(super) tracer: &'a dyn Tracer,
+    pub(super) solution: &'a Solution,
+    pub(super) surfaces: &'a Reconstruction<'a>,
 }
 
 struct Shader<'a> {

@@ -82,6 +82,23 @@ pub fn tone_map(rgb: [f32; 3]) -> [f32; 3] {
     })
 }
 
+/// How exposed radiance becomes displayable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tone {
+    /// With [`tone_map`].
+    Filmic,
+    /// As it is, up to 1; what is brighter is cut off, channel by channel.
+    Plain,
+}
+
+/// The exposed picture without a tone curve: its colours from 0 to 1 as they are, for a display without an exposure. What
+/// is not a number counts as 0.
+pub fn plain(picture: &Picture, exposure: f32) -> Picture {
+    let shown = |c: &f32| if *c > 0.0 { (c * exposure).min(1.0) } else { 0.0 };
+    let pixels = picture.pixels.iter().map(|rgb| rgb.each_ref().map(shown)).collect();
+    Picture { pixels, ..*picture }
+}
+
 /// The exact sRGB transfer function (IEC 61966-2-1): linear `[0, 1]` to encoded `[0, 1]`.
 pub fn srgb_from_linear(linear: f32) -> f32 {
     // 1.055 p − 0.055, arranged so that 1 gives exactly 1.
@@ -183,6 +200,18 @@ mod tests {
             assert_eq!(tone_map(odd), [0.0; 3]);
         }
         assert!(tone_map([f32::INFINITY, 0.0, 1.0]).iter().all(|c| (0.0..=1.0).contains(c)));
+    }
+
+    #[test]
+    fn plain_colours_stay_as_they_are_up_to_white() {
+        let odd = [f32::NAN, -1.0, f32::INFINITY];
+        let picture = Picture { width: 3, height: 1, pixels: vec![[0.05, 0.125, 0.2], [9.0, 0.4, 0.0], odd] };
+        let shown = plain(&picture, 2.0);
+        assert_eq!(shown.pixels, [[0.1, 0.25, 0.4], [1.0, 0.8, 0.0], [0.0, 0.0, 1.0]]);
+        // The curve leaves what is dark alone, and keeps more of a bright hue.
+        let [filmic, plain] = [srgb_bytes(&picture, Some(2.0)), srgb_bytes(&shown, None)];
+        assert_eq!(filmic[..3], plain[..3]);
+        assert_ne!(filmic[3..6], plain[3..6]);
     }
 
     #[test]

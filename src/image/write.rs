@@ -1,11 +1,15 @@
-//! Pictures as files: PNG for the screen, EXR for further work, written whole or not at all.
+//! Pictures as files: PNG for the screen, EXR and HDR for further work, written whole or not at all.
 
 use std::io::{self, BufWriter, Cursor, Seek, Write};
 use std::path::{Path, PathBuf};
 
-use image::codecs::{openexr::OpenExrEncoder, png::PngEncoder};
-use image::{ExtendedColorType, ImageEncoder};
+use exr::prelude::{
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, WritableImage,
+};
+use image::codecs::{hdr::HdrEncoder, openexr::OpenExrEncoder, png::PngEncoder};
+use image::{ExtendedColorType, ImageEncoder, Rgb};
 
+use super::layers::Layers;
 use super::picture::Picture;
 use super::tone;
 use crate::unfinished::{Unfinished, folder_of};
@@ -14,7 +18,7 @@ use crate::unfinished::{Unfinished, folder_of};
 #[derive(Debug, thiserror::Error)]
 pub enum OutputError {
     /// The extension names no format we write.
-    #[error("{}: unknown picture format; the name must end in .png or .exr", path.display())]
+    #[error("{}: unknown picture format; the name must end in .png, .exr or .hdr", path.display())]
     UnknownFormat {
         /// The output as given.
         path: PathBuf,
@@ -72,6 +76,8 @@ pub enum PictureFormat {
     Png,
     /// 32-bit float a channel, linear radiance in W/(m²·sr), not exposed and not tone-mapped.
     Exr,
+    /// The same in 8 bits a channel with an exponent for all three (Radiance RGBE): a hundredth of the largest channel gets lost.
+    Hdr,
 }
 
 impl PictureFormat {
@@ -83,6 +89,7 @@ impl PictureFormat {
         match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
             Some("png") => Ok(Self::Png),
             Some("exr") => Ok(Self::Exr),
+            Some("hdr") => Ok(Self::Hdr),
             _ => Err(OutputError::UnknownFormat { path: path.to_owned() }),
         }
     }
@@ -128,7 +135,7 @@ pub fn check_destination(path: &Path) -> Result<(), OutputError> {
 /// Writes `picture` to `path` in the format its extension names, replacing what is there.
 ///
 /// `exposure` multiplies linear radiance before the tone curve of a PNG; without one, colours from 0 to 1 are written
-/// as they are. An EXR ignores it.
+/// as they are. An EXR or HDR ignores it.
 ///
 /// # Errors
 /// As [`check_output`], and when the disk is full or the encoder refuses; then `path` is as before.
@@ -150,6 +157,42 @@ pub fn write_picture(path: &Path, picture: &Picture, exposure: Option<f32>) -> R
             )?;
             Ok(file.write_all(encoded.get_ref())?)
         }
+        PictureFormat::Hdr => {
+            let pixels: Vec<Rgb<f32>> = picture.pixels.iter().map(|&rgb| Rgb(rgb)).collect();
+            HdrEncoder::new(file).encode(&pixels, width as usize, height as usize)
+        }
+    })
+}
+
+/// Writes an EXR with the radiance as its red, green and blue, and named layers besides.
+///
+/// # Errors
+/// As [`write_picture`].
+pub fn write_layers(path: &Path, picture: &Picture, layers: &Layers) -> Result<(), OutputError> {
+    debug_assert!(picture.is_consistent() && layers.depth.len() == picture.pixels.len());
+    let three = |names: [&str; 3], values: &[[f32; 3]]| {
+        let channel = |index: usize| FlatSamples::F32(values.iter().map(|value| value[index]).collect());
+        [0, 1, 2].map(|index| AnyChannel::new(names[index], channel(index)))
+    };
+    let mut channels = Vec::new();
+    channels.extend(three(["R", "G", "B"], &picture.pixels));
+    channels.extend(three(["irradiance.R", "irradiance.G", "irradiance.B"], &layers.irradiance));
+    channels.extend(three(["albedo.R", "albedo.G", "albedo.B"], &layers.albedo));
+    channels.extend(three(["normal.X", "normal.Y", "normal.Z"], &layers.normal));
+    channels.push(AnyChannel::new("depth.Z", FlatSamples::F32(layers.depth.clone())));
+    channels.push(AnyChannel::new("element.id", FlatSamples::U32(layers.element.clone())));
+    channels.push(AnyChannel::new("class.id", FlatSamples::U32(layers.class.clone())));
+    let size = (picture.width as usize, picture.height as usize);
+    let channels = AnyChannels::sort(channels.into());
+    let layer = Layer::new(size, LayerAttributes::default(), Encoding::SMALL_LOSSLESS, channels);
+    write_atomically(path, |file| {
+        // In memory first, as other pictures.
+        let mut encoded = Cursor::new(Vec::new());
+        Image::from_layer(layer)
+            .write()
+            .to_buffered(&mut encoded)
+            .map_err(|error| FillError::Encode(error.to_string()))?;
+        file.write_all(encoded.get_ref()).map_err(FillError::Io)
     })
 }
 

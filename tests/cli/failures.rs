@@ -96,8 +96,8 @@ fn outputs_that_cannot_be_written_are_code_6_and_found_before_the_scene_is_read(
     for (output, part) in [
         ("taken.png", "taken.png"),
         ("file/a.png", "file"),
-        ("a.jpg", ".png or .exr"),
-        ("a", ".png or .exr"),
+        ("a.jpg", ".png, .exr or .hdr"),
+        ("a", ".png, .exr or .hdr"),
         ("no/a.exr", "no"),
     ] {
         // The scene does not exist either: that would be code 3.

@@ -4,6 +4,7 @@ mod check;
 mod compare;
 mod convergence;
 mod failures;
+mod layers;
 mod pages;
 mod probe;
 mod profile;

@@ -220,7 +220,7 @@ fn options_that_make_no_sense_together_are_code_2() {
         ("a.mp4/%d.png", &["--turntable", "3", "--video", "a.mp4"], &["a.mp4", "twice"]),
     ] {
         let code = if output.ends_with(".toml") { 6 } else { 2 };
-        let parts = if code == 6 { &[".png or .exr"] } else { parts };
+        let parts = if code == 6 { &[".png, .exr or .hdr"] } else { parts };
         refused(&folder, output, options, code, parts);
     }
 }
@@ -277,9 +277,12 @@ fn every_output_is_checked_before_the_scene_is_read() {
     std::fs::create_dir(folder.path("3.png")).expect("a folder");
     folder.write("file", "");
     let before = folder.names();
-    for (output, part) in
-        [("%d.png", "3.png"), ("no/such/%d.png", "no"), ("file/%d.png", "file"), ("%d.jpg", ".png or .exr")]
-    {
+    for (output, part) in [
+        ("%d.png", "3.png"),
+        ("no/such/%d.png", "no"),
+        ("file/%d.png", "file"),
+        ("%d.jpg", ".png, .exr or .hdr"),
+    ] {
         // The scene does not exist either: that would be code 3.
         folder.run(&["render", "scene.toml", "-o", output, "--turntable", "4"]).expect_error(6, &[part]);
     }
