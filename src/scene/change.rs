@@ -63,7 +63,6 @@ impl MaterialChange {
 
     /// Whether every number in it is one that a scene may have.
     pub fn is_sound(&self) -> bool {
-        let is_colour = |rgb: [f64; 3]| rgb.iter().all(|channel| (0.0..=LARGEST_COLOUR).contains(channel));
         [self.reflectance, self.radiance].into_iter().flatten().all(is_colour)
     }
 }
@@ -84,6 +83,11 @@ pub fn check_names(changes: &[MaterialChange], materials: &[Material]) -> Result
     Err(format!("no material or quad is named {}; {advice}the scene has {all}", quoted(&change.name)))
 }
 
+/// Whether a scene may have such a colour, in the precision that materials have.
+fn is_colour(rgb: [f64; 3]) -> bool {
+    rgb.iter().all(|&channel| (0.0..=LARGEST_COLOUR as f32).contains(&(channel as f32)))
+}
+
 /// Three channels, in the precision that materials have.
 fn colour(key: &str, text: &str) -> Result<[f64; 3], String> {
     let bare = text.trim();
@@ -94,7 +98,7 @@ fn colour(key: &str, text: &str) -> Result<[f64; 3], String> {
         return Err(format!("{} is no colour; write three numbers such as [0.7, 0.1, 0.1]", quoted(text)));
     };
     let rgb = [r, g, b];
-    if !rgb.iter().all(|channel| (0.0..=LARGEST_COLOUR).contains(channel)) {
+    if !is_colour(rgb) {
         return Err(format!(
             "{key} {rgb:?} is negative, not finite or too large; write 0 to {LARGEST_COLOUR:e}"
         ));
@@ -116,6 +120,7 @@ mod tests {
         );
         let wall = change(" a.b = c.reflectance = [.5, 0, 5]");
         assert_eq!((wall.name.as_str(), wall.reflectance), (" a.b = c", Some([0.5, 0.0, 5.0])));
+        assert!(change("a.radiance=[1e30,0,0]").is_sound(), "the brightest that can be typed can be read");
         // As materials have it: what is written to a file and read again is the same.
         assert_eq!(change("a.radiance=[0.1,0,0]").radiance, Some([f64::from(0.1f32), 0.0, 0.0]));
     }
