@@ -54,6 +54,8 @@ pub struct Hierarchy {
     leaf_of_facet: Vec<u32>,
     /// The cluster that each node is a child of; the root names itself.
     parents: Vec<u32>,
+    /// Area of one side of all facets before each, and of all of them, local units.
+    area_before: Vec<f64>,
 }
 
 impl Hierarchy {
@@ -113,6 +115,7 @@ impl Hierarchy {
             one_sided,
             leaf_of_facet,
             parents,
+            area_before: Vec::new(),
         };
         hierarchy.measure_nodes();
         hierarchy.contacts = Contacts::of(&hierarchy, progress);
@@ -167,6 +170,19 @@ impl Hierarchy {
         std::iter::successors(Some(node), |&node| self.parent(node))
     }
 
+    /// The facet below a node at a share of the node's area, in the order of the facets, and what is left of the share
+    /// within it: a uniform number becomes a facet by area and another uniform number. Shares from 0 to 1.
+    pub fn facet_at(&self, node: u32, share: f64) -> (u32, f64) {
+        let Node { first, end, .. } = self.nodes[node as usize];
+        let before = &self.area_before[first as usize..=end as usize];
+        let (begin, last) = (before[0], before.len() - 1);
+        let target = begin + share * (before[last] - begin);
+        let at = before[1..last].partition_point(|&area| area <= target);
+        let own = before[at + 1] - before[at];
+        let left = if own > 0.0 { ((target - before[at]) / own).clamp(0.0, 1.0) } else { 0.5 };
+        (first + at as u32, left)
+    }
+
     /// How many sides of each facet take part in the exchange of light: 1 or 2.
     pub fn sides(&self) -> u32 {
         if self.one_sided { 1 } else { 2 }
@@ -182,8 +198,14 @@ impl Hierarchy {
         (self.frame.scene_units_per_local() * meters_per_unit).powi(2)
     }
 
-    /// Fills in area and centre of every node, from the leaves up.
+    /// Fills in area and centre of every node, from the leaves up, and the sums of areas.
     fn measure_nodes(&mut self) {
+        let sum = |sum: &mut f64, facet: u32| {
+            *sum += self.polygon(facet).area();
+            Some(*sum)
+        };
+        let sums = (0..self.facets.len() as u32).scan(0.0, sum);
+        self.area_before = std::iter::once(0.0).chain(sums).collect();
         for index in (0..self.nodes.len()).rev() {
             let node = self.nodes[index];
             let (area, moment) = if node.is_leaf() {
