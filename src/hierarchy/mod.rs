@@ -20,7 +20,7 @@ pub use frame::Frame;
 pub use mesh::{Interval, TraceMesh};
 pub use tree::{Node, NodeKind};
 
-use crate::math::Polygon;
+use crate::math::{MAX_VERTICES, Polygon, PolygonSampler};
 use crate::progress::Progress;
 use crate::scene::{Material, Scene};
 use glam::{DVec3, Vec3};
@@ -124,13 +124,23 @@ impl Hierarchy {
 
     /// The polygon of a facet, counter-clockwise from its front.
     pub fn polygon(&self, facet: u32) -> Polygon {
+        let mut points = [DVec3::ZERO; MAX_VERTICES];
+        Polygon::new(self.corners_of(facet, &mut points))
+    }
+
+    /// The point of a facet at `(u, v)` of the unit square, uniform over its area: as of its polygon, but faster.
+    pub fn point_on(&self, facet: u32, u: f64, v: f64) -> DVec3 {
+        let mut points = [DVec3::ZERO; MAX_VERTICES];
+        PolygonSampler::new(self.corners_of(facet, &mut points)).point_at(u, v)
+    }
+
+    fn corners_of<'a>(&self, facet: u32, points: &'a mut [DVec3; MAX_VERTICES]) -> &'a [DVec3] {
         let f = &self.facets[facet as usize];
-        let mut points = [DVec3::ZERO; crate::math::MAX_VERTICES];
         let corners = &self.corners[f.first_corner as usize..(f.first_corner + f.corner_count) as usize];
         for (point, &c) in points.iter_mut().zip(corners) {
             *point = self.mesh.positions[c as usize].as_dvec3();
         }
-        Polygon::new(&points[..corners.len()])
+        &points[..corners.len()]
     }
 
     /// Material of a facet.

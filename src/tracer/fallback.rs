@@ -12,6 +12,9 @@ use std::time::Duration;
 /// Boxes are grown by this much, local units: a few roundings of the box test.
 const BOX_MARGIN: f32 = 1e-6;
 
+/// Lanes for a packet with no more segments.
+const FEW: usize = 4;
+
 /// What is less in a direction counts as 0.
 const LEAST_DIRECTION: f32 = 1e-18;
 
@@ -71,43 +74,53 @@ impl FallbackTracer {
         }
     }
 
-    /// See [`Tracer::blockers`].
+}
+
+/// One packet on its way through the tree, see [`Tracer::blockers`].
+struct Walk<'a, const N: usize> {
+    tracer: &'a FallbackTracer,
+    segments: &'a [Segment],
+    candidates: Candidates<'a>,
+    blockers: &'a mut [u32],
+    audit: &'a mut FilterAudit,
+}
+
+/// Compiled for each kind of processor; what it does for all lanes has to be inlined for that, which closures may
+/// not be.
+impl<const N: usize> pulp::NullaryFnOnce for Walk<'_, N> {
+    type Output = ();
+
     #[inline(always)]
-    fn walk(
-        &self,
-        segments: &[Segment],
-        candidates: &Candidates<'_>,
-        blockers: &mut [u32],
-        audit: &mut FilterAudit,
-    ) {
-        let mut lanes = Lanes::new(segments, self.extent);
+    fn call(self) {
+        let Walk { tracer: FallbackTracer { tree, leaves, extent, .. }, segments, candidates, blockers, audit } =
+            self;
+        let mut lanes = Lanes::<N>::new(segments, *extent);
         let mut open = segments.len();
         let along: Vec3 = segments.iter().map(|segment| segment.to - segment.from).sum();
         let mut stack = Vec::with_capacity(64);
         stack.push(0usize);
         while let Some(index) = stack.pop() {
-            let node = &self.tree.nodes[index];
+            let node = &tree.nodes[index];
             if !node.is_leaf() {
                 let first = node.first_index as usize;
-                let boxes = [first, first + 1].map(|child| *self.tree.nodes[child].aabb());
-                let [enters_first, enters_second] =
-                    boxes.map(|child| lanes.enter(child.min.into(), child.max.into()));
+                let (one, other) = (tree.nodes[first].aabb(), tree.nodes[first + 1].aabb());
+                let enters_one = lanes.enter(one.min.into(), one.max.into());
+                let enters_other = lanes.enter(other.min.into(), other.max.into());
                 // The nearer one on top.
-                let is_first_nearer =
-                    along.dot((boxes[1].min + boxes[1].max - boxes[0].min - boxes[0].max).into()) > 0.0;
-                if enters_second && is_first_nearer {
+                let is_one_nearer = along.dot((other.min + other.max - one.min - one.max).into()) > 0.0;
+                if enters_other && is_one_nearer {
                     stack.push(first + 1);
                 }
-                if enters_first {
+                if enters_one {
                     stack.push(first);
                 }
-                if enters_second && !is_first_nearer {
+                if enters_other && !is_one_nearer {
                     stack.push(first + 1);
                 }
                 continue;
             }
             for slot in node.first_index..node.first_index + node.prim_count {
-                let leaf = &self.leaves[slot as usize];
+                let leaf = &leaves[slot as usize];
                 let mut met = lanes.meet(leaf.corners);
                 while met != 0 {
                     let lane = met.trailing_zeros() as usize;
@@ -116,7 +129,7 @@ impl FallbackTracer {
                     // Most segments begin and end on facets that they skip: no need to look closer.
                     if !segment.skip.contains(&leaf.facet)
                         && is_blocked_by(segment, leaf)
-                        && audit.accepts(leaf.facet, segment.skip, candidates)
+                        && audit.accepts(leaf.facet, segment.skip, &candidates)
                     {
                         blockers[lane] = leaf.facet;
                         lanes.close(lane);
@@ -152,10 +165,11 @@ impl Tracer for FallbackTracer {
     ) {
         debug_assert!(segments.len() <= PACKET && segments.len() == blockers.len());
         blockers.fill(NO_FACET);
-        self.processor.dispatch(
-            #[inline(always)]
-            || self.walk(segments, &candidates, blockers, audit),
-        );
+        if segments.len() <= FEW {
+            self.processor.dispatch(Walk::<FEW> { tracer: self, segments, candidates, blockers, audit });
+        } else {
+            self.processor.dispatch(Walk::<PACKET> { tracer: self, segments, candidates, blockers, audit });
+        }
     }
 
     fn first_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {

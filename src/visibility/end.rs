@@ -86,7 +86,7 @@ impl EndSampler<'_> {
             EndSampler::Element(sampler, facet) => (sampler.point_at(u, v), *facet),
             EndSampler::Cluster(node) => {
                 let (facet, u) = hierarchy.facet_at(*node, u);
-                (hierarchy.polygon(facet).point_at(u, v), facet)
+                (hierarchy.point_on(facet, u, v), facet)
             }
         }
     }

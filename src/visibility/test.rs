@@ -263,19 +263,7 @@ impl<'a> Tester<'a> {
                 let together = || self.is_blocked_in_plane_of(worker, pair, largest).then_some(largest);
                 match alone.or_else(together) {
                     Some(blocker) => (Verdict::proved(Class::Invisible, blocker), None),
-                    None => {
-                        if pair.seed % 61 == 0 {
-                            let f = |end: &NodeEnd<'_>| {
-                                let (mut a, k) = ([DVec3::ZERO; 8], matches!(end, NodeEnd::Element { .. }));
-                                let n = end.shaft_end(self.hierarchy).corners(&mut a);
-                                let lo = a[..n].iter().copied().reduce(|x, y| x.min(y)).unwrap_or_default();
-                                let hi = a[..n].iter().copied().reduce(|x, y| x.max(y)).unwrap_or_default();
-                                format!("{} {} {} {} {} {} {}", k as u8, lo.x, lo.y, lo.z, hi.x, hi.y, hi.z)
-                            };
-                            eprintln!("DUMP {} {} {} {}", f(pair.receiver), f(pair.source), pair.importance, pair.prominence);
-                        }
-                        (verdict, None)
-                    }
+                    None => (verdict, None),
                 }
             }
             _ => {
