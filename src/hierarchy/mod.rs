@@ -269,3 +269,74 @@ impl Hierarchy {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Silent;
+    use crate::scene::{ImportCounts, Triangle};
+
+    /// Triangles side by side in a plane, from tiny to large.
+    fn row() -> Scene {
+        let corners = |i: u32| {
+            let (x, size) = (f64::from(i) * 20.0, f64::from(1 + i * i));
+            [(0.0, 0.0), (size / 20.0, 0.0), (0.0, 4.0)].map(|(a, b)| DVec3::new(x + a, b, f64::from(i % 3)))
+        };
+        let material = Material { name: String::new(), reflectance: [0.5; 3], radiance: [1.0; 3] };
+        Scene {
+            name: "row".to_owned(),
+            positions: (0..20).flat_map(corners).collect(),
+            triangles: (0..20)
+                .map(|i| Triangle { vertices: [3 * i, 3 * i + 1, 3 * i + 2], material: 0, patch: i })
+                .collect(),
+            materials: vec![material],
+            rectangles: Vec::new(),
+            cameras: Vec::new(),
+            meters_per_unit: 1.0,
+            patch_count: 20,
+            counts: ImportCounts::default(),
+            files: Vec::new(),
+            warnings: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn shares_of_a_node_fall_on_its_facets_by_area() {
+        let hierarchy = Hierarchy::build(&row(), false, &Silent);
+        for node in 0..hierarchy.nodes.len() as u32 {
+            let Node { first, end, area, .. } = hierarchy.nodes[node as usize];
+            let (count, mut sums) = (10_000, vec![(0u32, 0.0); hierarchy.facets.len()]);
+            for i in 0..count {
+                let (facet, left) = hierarchy.facet_at(node, (f64::from(i) + 0.5) / f64::from(count));
+                assert!((first..end).contains(&facet) && (0.0..=1.0).contains(&left), "{facet} {left}");
+                sums[facet as usize].0 += 1;
+                sums[facet as usize].1 += left;
+            }
+            for facet in first..end {
+                let (found, left) = sums[facet as usize];
+                let wanted = hierarchy.polygon(facet).area() / f64::from(area) * f64::from(count);
+                assert!(
+                    (f64::from(found) - wanted).abs() < 2.0,
+                    "node {node}: {found} on {facet}, not {wanted}"
+                );
+                assert!((left / f64::from(found) - 0.5).abs() < 0.6 / f64::from(found), "{left} of {found}");
+            }
+        }
+        for share in [0.0, 1.0] {
+            let (facet, left) = hierarchy.facet_at(0, share);
+            assert!(
+                left == share && facet == if share == 0.0 { 0 } else { hierarchy.facets.len() as u32 - 1 }
+            );
+        }
+    }
+
+    #[test]
+    fn points_on_a_facet_are_those_of_its_polygon() {
+        let hierarchy = Hierarchy::build(&row(), false, &Silent);
+        for facet in 0..hierarchy.facets.len() as u32 {
+            for (u, v) in [(0.0, 0.0), (0.3, 0.7), (1.0, 1.0)] {
+                assert_eq!(hierarchy.point_on(facet, u, v), hierarchy.polygon(facet).point_at(u, v));
+            }
+        }
+    }
+}

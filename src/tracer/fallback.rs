@@ -73,7 +73,6 @@ impl FallbackTracer {
             tmax: f32::MAX,
         }
     }
-
 }
 
 /// One packet on its way through the tree, see [`Tracer::blockers`].
@@ -92,8 +91,13 @@ impl<const N: usize> pulp::NullaryFnOnce for Walk<'_, N> {
 
     #[inline(always)]
     fn call(self) {
-        let Walk { tracer: FallbackTracer { tree, leaves, extent, .. }, segments, candidates, blockers, audit } =
-            self;
+        let Walk {
+            tracer: FallbackTracer { tree, leaves, extent, .. },
+            segments,
+            candidates,
+            blockers,
+            audit,
+        } = self;
         let mut lanes = Lanes::<N>::new(segments, *extent);
         let mut open = segments.len();
         let along: Vec3 = segments.iter().map(|segment| segment.to - segment.from).sum();

@@ -133,17 +133,17 @@ impl<const N: usize> Lanes<N> {
             }
         }
         let (mut low, mut high) = ([f32::MAX; N], [f32::MIN; N]);
-        for edge in &edges {
-            let mut side = [0.0; N];
-            for axis in 0..3 {
-                for lane in 0..N {
-                    side[lane] += self.direction[axis][lane] * edge.moment[axis]
-                        + self.moment[axis][lane] * edge.along[axis];
-                }
-            }
+        let ([dx, dy, dz], [mx, my, mz]) = (&self.direction, &self.moment);
+        for Edge { along, moment } in &edges {
             for lane in 0..N {
-                low[lane] = lesser(low[lane], side[lane]);
-                high[lane] = greater(high[lane], side[lane]);
+                let side = dx[lane] * moment[0]
+                    + dy[lane] * moment[1]
+                    + dz[lane] * moment[2]
+                    + mx[lane] * along[0]
+                    + my[lane] * along[1]
+                    + mz[lane] * along[2];
+                low[lane] = lesser(low[lane], side);
+                high[lane] = greater(high[lane], side);
             }
         }
         let mut met = [0u32; N];
@@ -157,5 +157,119 @@ impl<const N: usize> Lanes<N> {
             all |= one;
         }
         all
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{NO_FACET, triangle::Probe};
+    use super::*;
+    use crate::math::PairSequence;
+
+    const COUNT: usize = 16;
+
+    /// Numbers from −1 to 1, of which some are alike and some 0, so that segments lie in planes and along axes.
+    struct Numbers {
+        sequence: PairSequence,
+        next: u32,
+    }
+
+    impl Numbers {
+        fn point(&mut self, size: f32) -> Vec3 {
+            self.next += 1;
+            let [x, y, z, kind] = self.sequence.point(self.next);
+            let point = Vec3::new(x as f32, y as f32, z as f32) * 2.0 - 1.0;
+            match (kind * 8.0) as u32 {
+                0 => (point * 2.0).round() * 0.5 * size,
+                1 => Vec3::new(point.x, 0.0, 0.25) * size,
+                _ => point * size,
+            }
+        }
+
+        /// Segments, some of which begin far outside or are short.
+        fn segments(&mut self) -> [Segment; COUNT] {
+            std::array::from_fn(|i| {
+                let from = self.point(if i % 4 == 3 { 1e4 } else { 1.0 });
+                let to = if i % 8 == 6 { from + self.point(1e-3) } else { self.point(1.0) };
+                Segment { from, to, skip: [NO_FACET; 2] }
+            })
+        }
+    }
+
+    /// How many segments meet triangles of a size, how many were passed over though they do, and how many were let
+    /// through though they do not.
+    fn meetings(size: f32, widen: f32) -> [usize; 3] {
+        let mut numbers = Numbers { sequence: PairSequence::new(1), next: 0 };
+        let mut counts = [0; 3];
+        for round in 0..3000 {
+            let segments = numbers.segments();
+            let mut lanes = Lanes::<COUNT>::new(&segments, 1.0);
+            lanes.slack = lanes.slack.map(|slack| slack * widen);
+            let mut corners = [(); 3].map(|()| numbers.point(1.0));
+            corners = corners.map(|corner| corners[0] + (corner - corners[0]) * size);
+            // Every other triangle has a corner on a segment, and so its line goes through an edge or a corner.
+            if round % 2 == 0 {
+                let Segment { from, to, .. } = segments[round % COUNT];
+                corners[1] = from + (to - from) * 0.5;
+            }
+            let met = lanes.meet(corners);
+            for (lane, segment) in segments.iter().enumerate() {
+                let is_let_through = met >> lane & 1 == 1;
+                let meets = Probe::new(segment.from, segment.to - segment.from).meet(&corners).is_some();
+                counts[0] += usize::from(meets);
+                counts[1] += usize::from(meets && !is_let_through);
+                counts[2] += usize::from(!meets && is_let_through);
+            }
+        }
+        counts
+    }
+
+    #[test]
+    fn no_triangle_that_is_met_is_passed_over() {
+        for size in [1.0, 0.1, 1e-2, 1e-3] {
+            let [met, missed, needless] = meetings(size, 1.0);
+            assert!(met > 500 && missed == 0, "{size}: {missed} of {met} passed over");
+            assert!(needless < 3000 * COUNT / 50, "{size}: {needless} let through");
+        }
+    }
+
+    /// Without the bound of what is rounded away some would be.
+    #[test]
+    fn without_slack_triangles_are_passed_over() {
+        assert!(meetings(0.1, -1.0)[1] > 0);
+    }
+
+    #[test]
+    fn no_box_that_is_entered_is_passed_over() {
+        let mut numbers = Numbers { sequence: PairSequence::new(2), next: 0 };
+        let (mut entered, mut passed) = (0, 0);
+        for _ in 0..20_000 {
+            let segment = numbers.segments()[0];
+            let lanes = Lanes::<4>::new(&[segment], 1.0);
+            let (a, b) = (numbers.point(1.0), numbers.point(1.0));
+            let (min, max) = (a.min(b) - 1e-6, a.max(b) + 1e-6);
+            // A point of the segment inside the box, but for what the box is grown by.
+            let is_entered = (0..=64).any(|i| {
+                let at = segment.from.lerp(segment.to, i as f32 / 64.0);
+                at.cmpge(min + 5e-7).all() && at.cmple(max - 5e-7).all()
+            });
+            entered += usize::from(is_entered);
+            passed += usize::from(!lanes.enter(min, max));
+            assert!(!is_entered || lanes.enter(min, max), "{segment:?} {min} {max}");
+        }
+        assert!(entered > 2000 && passed > 2000, "{entered} entered, {passed} passed over");
+    }
+
+    #[test]
+    fn closed_and_idle_lanes_meet_nothing() {
+        let segment = Segment { from: Vec3::ZERO, to: Vec3::Z, skip: [NO_FACET; 2] };
+        let triangle = [Vec3::new(-1.0, -1.0, 0.5), Vec3::new(1.0, -1.0, 0.5), Vec3::new(0.0, 1.0, 0.5)];
+        let mut lanes = Lanes::<4>::new(&[segment; 2], 1.0);
+        assert_eq!(lanes.meet(triangle), 0b11);
+        lanes.close(0);
+        assert_eq!(lanes.meet(triangle), 0b10);
+        lanes.close(1);
+        assert_eq!(lanes.meet(triangle), 0);
+        assert!(!lanes.enter(Vec3::NEG_ONE, Vec3::ONE));
     }
 }
