@@ -20,7 +20,7 @@ pub use frame::Frame;
 pub use mesh::{Interval, TraceMesh};
 pub use tree::{Node, NodeKind};
 
-use crate::math::Polygon;
+use crate::math::{MAX_VERTICES, Polygon, PolygonSampler};
 use crate::progress::Progress;
 use crate::scene::{Material, Scene};
 use glam::{DVec3, Vec3};
@@ -54,6 +54,8 @@ pub struct Hierarchy {
     leaf_of_facet: Vec<u32>,
     /// The cluster that each node is a child of; the root names itself.
     parents: Vec<u32>,
+    /// Area of one side of all facets before each, and of all of them, local units.
+    area_before: Vec<f64>,
 }
 
 impl Hierarchy {
@@ -113,6 +115,7 @@ impl Hierarchy {
             one_sided,
             leaf_of_facet,
             parents,
+            area_before: Vec::new(),
         };
         hierarchy.measure_nodes();
         hierarchy.contacts = Contacts::of(&hierarchy, progress);
@@ -121,13 +124,23 @@ impl Hierarchy {
 
     /// The polygon of a facet, counter-clockwise from its front.
     pub fn polygon(&self, facet: u32) -> Polygon {
+        let mut points = [DVec3::ZERO; MAX_VERTICES];
+        Polygon::new(self.corners_of(facet, &mut points))
+    }
+
+    /// The point of a facet at `(u, v)` of the unit square, uniform over its area: as of its polygon, but faster.
+    pub fn point_on(&self, facet: u32, u: f64, v: f64) -> DVec3 {
+        let mut points = [DVec3::ZERO; MAX_VERTICES];
+        PolygonSampler::new(self.corners_of(facet, &mut points)).point_at(u, v)
+    }
+
+    fn corners_of<'a>(&self, facet: u32, points: &'a mut [DVec3; MAX_VERTICES]) -> &'a [DVec3] {
         let f = &self.facets[facet as usize];
-        let mut points = [DVec3::ZERO; crate::math::MAX_VERTICES];
         let corners = &self.corners[f.first_corner as usize..(f.first_corner + f.corner_count) as usize];
         for (point, &c) in points.iter_mut().zip(corners) {
             *point = self.mesh.positions[c as usize].as_dvec3();
         }
-        Polygon::new(&points[..corners.len()])
+        &points[..corners.len()]
     }
 
     /// Material of a facet.
@@ -167,6 +180,19 @@ impl Hierarchy {
         std::iter::successors(Some(node), |&node| self.parent(node))
     }
 
+    /// The facet below a node at a share of the node's area, in the order of the facets, and what is left of the share
+    /// within it: a uniform number becomes a facet by area and another uniform number. Shares from 0 to 1.
+    pub fn facet_at(&self, node: u32, share: f64) -> (u32, f64) {
+        let Node { first, end, .. } = self.nodes[node as usize];
+        let before = &self.area_before[first as usize..=end as usize];
+        let (begin, last) = (before[0], before.len() - 1);
+        let target = begin + share * (before[last] - begin);
+        let at = before[1..last].partition_point(|&area| area <= target);
+        let own = before[at + 1] - before[at];
+        let left = if own > 0.0 { ((target - before[at]) / own).clamp(0.0, 1.0) } else { 0.5 };
+        (first + at as u32, left)
+    }
+
     /// How many sides of each facet take part in the exchange of light: 1 or 2.
     pub fn sides(&self) -> u32 {
         if self.one_sided { 1 } else { 2 }
@@ -182,8 +208,14 @@ impl Hierarchy {
         (self.frame.scene_units_per_local() * meters_per_unit).powi(2)
     }
 
-    /// Fills in area and centre of every node, from the leaves up.
+    /// Fills in area and centre of every node, from the leaves up, and the sums of areas.
     fn measure_nodes(&mut self) {
+        let sum = |sum: &mut f64, facet: u32| {
+            *sum += self.polygon(facet).area();
+            Some(*sum)
+        };
+        let sums = (0..self.facets.len() as u32).scan(0.0, sum);
+        self.area_before = std::iter::once(0.0).chain(sums).collect();
         for index in (0..self.nodes.len()).rev() {
             let node = self.nodes[index];
             let (area, moment) = if node.is_leaf() {
@@ -235,5 +267,76 @@ impl Hierarchy {
             return Err(format!("{seen} leaves for {} facets", self.facets.len()));
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Silent;
+    use crate::scene::{ImportCounts, Triangle};
+
+    /// Triangles side by side in a plane, from tiny to large.
+    fn row() -> Scene {
+        let corners = |i: u32| {
+            let (x, size) = (f64::from(i) * 20.0, f64::from(1 + i * i));
+            [(0.0, 0.0), (size / 20.0, 0.0), (0.0, 4.0)].map(|(a, b)| DVec3::new(x + a, b, f64::from(i % 3)))
+        };
+        let material = Material { name: String::new(), reflectance: [0.5; 3], radiance: [1.0; 3] };
+        Scene {
+            name: "row".to_owned(),
+            positions: (0..20).flat_map(corners).collect(),
+            triangles: (0..20)
+                .map(|i| Triangle { vertices: [3 * i, 3 * i + 1, 3 * i + 2], material: 0, patch: i })
+                .collect(),
+            materials: vec![material],
+            rectangles: Vec::new(),
+            cameras: Vec::new(),
+            meters_per_unit: 1.0,
+            patch_count: 20,
+            counts: ImportCounts::default(),
+            files: Vec::new(),
+            warnings: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn shares_of_a_node_fall_on_its_facets_by_area() {
+        let hierarchy = Hierarchy::build(&row(), false, &Silent);
+        for node in 0..hierarchy.nodes.len() as u32 {
+            let Node { first, end, area, .. } = hierarchy.nodes[node as usize];
+            let (count, mut sums) = (10_000, vec![(0u32, 0.0); hierarchy.facets.len()]);
+            for i in 0..count {
+                let (facet, left) = hierarchy.facet_at(node, (f64::from(i) + 0.5) / f64::from(count));
+                assert!((first..end).contains(&facet) && (0.0..=1.0).contains(&left), "{facet} {left}");
+                sums[facet as usize].0 += 1;
+                sums[facet as usize].1 += left;
+            }
+            for facet in first..end {
+                let (found, left) = sums[facet as usize];
+                let wanted = hierarchy.polygon(facet).area() / f64::from(area) * f64::from(count);
+                assert!(
+                    (f64::from(found) - wanted).abs() < 2.0,
+                    "node {node}: {found} on {facet}, not {wanted}"
+                );
+                assert!((left / f64::from(found) - 0.5).abs() < 0.6 / f64::from(found), "{left} of {found}");
+            }
+        }
+        for share in [0.0, 1.0] {
+            let (facet, left) = hierarchy.facet_at(0, share);
+            assert!(
+                left == share && facet == if share == 0.0 { 0 } else { hierarchy.facets.len() as u32 - 1 }
+            );
+        }
+    }
+
+    #[test]
+    fn points_on_a_facet_are_those_of_its_polygon() {
+        let hierarchy = Hierarchy::build(&row(), false, &Silent);
+        for facet in 0..hierarchy.facets.len() as u32 {
+            for (u, v) in [(0.0, 0.0), (0.3, 0.7), (1.0, 1.0)] {
+                assert_eq!(hierarchy.point_on(facet, u, v), hierarchy.polygon(facet).point_at(u, v));
+            }
+        }
     }
 }

@@ -183,19 +183,7 @@ impl Polygon {
 
     /// For many points of [`Polygon::point_at`].
     pub fn sampler(&self) -> PolygonSampler<'_> {
-        let v = self.vertices();
-        let skew = if v.len() == 4 { v[0] + v[2] - v[1] - v[3] } else { DVec3::INFINITY };
-        let is_parallelogram = skew.length_squared() <= STRAIGHT * STRAIGHT * v[0].distance_squared(v[2]);
-        let mut sampler = PolygonSampler { vertices: v, is_parallelogram, sums: [0.0; MAX_VERTICES - 2] };
-        if is_parallelogram {
-            return sampler;
-        }
-        let mut sum = 0.0;
-        for (i, total) in sampler.sums[..v.len() - 2].iter_mut().enumerate() {
-            sum += (v[i + 1] - v[0]).cross(v[i + 2] - v[0]).length();
-            *total = sum;
-        }
-        sampler
+        PolygonSampler::new(self.vertices())
     }
 
     /// The part in front of `plane` (closed), or `None` when nothing remains. A polygon that would
@@ -251,11 +239,27 @@ pub struct PolygonSampler<'a> {
     vertices: &'a [DVec3],
     /// Then both coordinates run along its edges.
     is_parallelogram: bool,
-    /// Twice the area up to and with each triangle of the fan around the first vertex.
+    /// Twice the area up to and with each triangle of the fan around the first vertex, where there are several.
     sums: [f64; MAX_VERTICES - 2],
 }
 
-impl PolygonSampler<'_> {
+impl<'a> PolygonSampler<'a> {
+    /// For the polygon with these vertices, which must be convex and planar, at least 3 and at most [`MAX_VERTICES`].
+    pub fn new(v: &'a [DVec3]) -> PolygonSampler<'a> {
+        let skew = if v.len() == 4 { v[0] + v[2] - v[1] - v[3] } else { DVec3::INFINITY };
+        let is_parallelogram = skew.length_squared() <= STRAIGHT * STRAIGHT * v[0].distance_squared(v[2]);
+        let mut sampler = PolygonSampler { vertices: v, is_parallelogram, sums: [0.0; MAX_VERTICES - 2] };
+        if is_parallelogram || v.len() == 3 {
+            return sampler;
+        }
+        let mut sum = 0.0;
+        for (i, total) in sampler.sums[..v.len() - 2].iter_mut().enumerate() {
+            sum += (v[i + 1] - v[0]).cross(v[i + 2] - v[0]).length();
+            *total = sum;
+        }
+        sampler
+    }
+
     /// The point at `(u, v)` of the unit square, uniform over the area.
     #[inline]
     pub fn point_at(&self, u: f64, v: f64) -> DVec3 {
@@ -264,13 +268,15 @@ impl PolygonSampler<'_> {
             return p[0] + (p[1] - p[0]) * u + (p[3] - p[0]) * v;
         }
         let last = p.len() - 3;
-        let at = u * self.sums[last];
-        let mut fan = 0;
-        while fan < last && at >= self.sums[fan] {
-            fan += 1;
+        let (mut fan, mut share) = (0, u);
+        if last > 0 {
+            let at = u * self.sums[last];
+            while fan < last && at >= self.sums[fan] {
+                fan += 1;
+            }
+            let before = if fan == 0 { 0.0 } else { self.sums[fan - 1] };
+            share = (at - before) / (self.sums[fan] - before).max(f64::MIN_POSITIVE);
         }
-        let before = if fan == 0 { 0.0 } else { self.sums[fan - 1] };
-        let share = (at - before) / (self.sums[fan] - before).max(f64::MIN_POSITIVE);
         let r = share.clamp(0.0, 1.0).sqrt();
         p[0] + (p[fan + 1] - p[0]) * (r * (1.0 - v)) + (p[fan + 2] - p[0]) * (r * v)
     }

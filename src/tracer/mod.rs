@@ -11,6 +11,7 @@ mod brute;
 mod departure;
 pub mod embree;
 mod fallback;
+mod lanes;
 mod triangle;
 
 pub use brute::BruteTracer;

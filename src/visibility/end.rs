@@ -1,6 +1,6 @@
 //! The two nodes of a pair, as visibility sees them.
 
-use crate::hierarchy::{Hierarchy, NodeKind, TOLERANCE};
+use crate::hierarchy::{Hierarchy, TOLERANCE};
 use crate::math::{Plane, Polygon, PolygonSampler};
 use crate::shaft::End;
 use glam::DVec3;
@@ -85,29 +85,8 @@ impl EndSampler<'_> {
         match self {
             EndSampler::Element(sampler, facet) => (sampler.point_at(u, v), *facet),
             EndSampler::Cluster(node) => {
-                let (facet, u) = facet_at(hierarchy, *node, u);
-                (hierarchy.polygon(facet).point_at(u, v), facet)
-            }
-        }
-    }
-}
-
-/// The facet below `node` at fraction `u` of its area, and what is left of `u`.
-fn facet_at(hierarchy: &Hierarchy, node: u32, mut u: f64) -> (u32, f64) {
-    let mut index = node;
-    loop {
-        match hierarchy.nodes[index as usize].kind(index) {
-            NodeKind::Leaf(facet) => return (facet, u.clamp(0.0, 1.0)),
-            NodeKind::Cluster([first, second]) => {
-                let [a, b] = [first, second].map(|c| hierarchy.nodes[c as usize].area as f64);
-                let share = if a + b > 0.0 { a / (a + b) } else { 0.5 };
-                if u < share {
-                    u /= share;
-                    index = first;
-                } else {
-                    u = (u - share) / (1.0 - share).max(f64::MIN_POSITIVE);
-                    index = second;
-                }
+                let (facet, u) = hierarchy.facet_at(*node, u);
+                (hierarchy.point_on(facet, u, v), facet)
             }
         }
     }

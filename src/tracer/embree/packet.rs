@@ -20,6 +20,9 @@ pub(super) struct Lane {
 }
 
 impl Lane {
+    /// Holds no ray.
+    pub(super) const IDLE: Lane = Lane { origin: Vec3::ZERO, direction: Vec3::ZERO, near: 0.0, far: 0.0 };
+
     /// Whether it can be traced at all; anything else is left out of the query and hits nothing.
     pub(super) fn is_valid(&self) -> bool {
         self.origin.is_finite() && self.direction.is_finite() && self.direction != Vec3::ZERO

@@ -54,22 +54,23 @@ impl EmbreeTracer {
     /// With more than [`PACKET`] segments.
     pub fn blocked_without_filter(&self, segments: &[Segment]) -> [bool; PACKET] {
         assert!(segments.len() <= PACKET, "{} segments", segments.len());
+        let lanes = segments.iter().map(lane_of_segment);
         // SAFETY: null arguments are the defaults.
-        let (active, rays) = unsafe { self.occlude_packet(segments, ptr::null_mut()) };
+        let (active, rays) = unsafe { self.occlude_packet(lanes, ptr::null_mut()) };
         std::array::from_fn(|lane| active.0[lane] != 0 && rays.tfar[lane] == f32::NEG_INFINITY)
     }
 
-    /// The lanes of a packet of segments, and its rays when Embree is done with them.
+    /// The lanes of a packet, and its rays when Embree is done with them.
     ///
     /// # Safety
     /// `arguments` is null, or they and what they point to are valid, and nothing else refers to them until
     /// the call returns.
     unsafe fn occlude_packet(
         &self,
-        segments: &[Segment],
+        lanes: impl Iterator<Item = Lane>,
         arguments: *mut raw::RTCOccludedArguments,
     ) -> (ActiveLanes, raw::RTCRay16) {
-        let (active, mut rays) = packet(segments.iter().map(lane_of_segment));
+        let (active, mut rays) = packet(lanes);
         // SAFETY: the scene is committed, the packet and its lanes are ours and aligned to 64 bytes by their
         // types; for the arguments the caller answers.
         unsafe {
@@ -86,14 +87,16 @@ impl EmbreeTracer {
         audit: &mut FilterAudit,
     ) {
         let mut context = FilterContext::new(&self.facet_of_triangle, candidates);
-        for (lane, segment) in segments.iter().enumerate() {
-            context.skip[lane] = segment.skip;
-            context.open_part[lane] = segment.open_part();
+        let mut lanes = [Lane::IDLE; PACKET];
+        for (id, segment) in segments.iter().enumerate() {
+            lanes[id] = lane_of_segment(segment);
+            context.skip[id] = segment.skip;
+            context.open_part[id] = [lanes[id].near, lanes[id].far];
         }
+        let lanes = &lanes[..segments.len()];
         let this = &raw mut context;
         let mut arguments = FilterContext::arguments(this);
-        if let [segment] = segments {
-            let lane = lane_of_segment(segment);
+        if let [lane] = lanes {
             if lane.is_valid() {
                 let mut ray = lane.ray(0);
                 // SAFETY: the scene is committed, the ray and the arguments are ours, and `this` is the
@@ -104,7 +107,7 @@ impl EmbreeTracer {
             }
         } else {
             // SAFETY: as above.
-            unsafe { self.occlude_packet(segments, &raw mut arguments) };
+            unsafe { self.occlude_packet(lanes.iter().copied(), &raw mut arguments) };
         }
         // SAFETY: the query is over; `this` points to the local above.
         let context = unsafe { &*this };
