@@ -11,6 +11,7 @@ use crate::gather::Gatherer;
 use crate::hierarchy::Hierarchy;
 use crate::image::write::{OutputError, check_destination, png_bytes};
 use crate::image::{self, Heat, HeatMap};
+use crate::memory::Rise;
 use crate::progress::{Both, Progress, Silent, Span, Timeline};
 use crate::radiosity::{self, Record, Solution, SolveOptions, VisibilityError};
 use crate::report::detail::RunDetail;
@@ -18,7 +19,7 @@ use crate::report::html::ShownMap;
 use crate::report::profile::{NO_TRACER, Profile, ProfiledRun, Spread};
 use crate::report::text::counted;
 use crate::report::trace::{self, Stage};
-use crate::report::{html, json, memory, plot};
+use crate::report::{html, json, plot};
 use crate::scene::Camera;
 use crate::tracer::Tracer;
 use crate::visibility::{Detail, StepTimes, Strategy};
@@ -57,18 +58,19 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
     let target = target.as_ref();
     let bench = Bench { config, loaded: &loaded, hierarchy: &hierarchy, target, timeline: &timeline };
 
-    let kinds: Vec<(&dyn Tracer, &SolveConfig)> = tracers
+    let kinds: Vec<(&Built, &SolveConfig)> = tracers
         .iter()
         .enumerate()
         .flat_map(|pair| config.settings.iter().map(move |settings| (pair, settings)))
         .filter(|((index, _), settings)| *index == 0 || asks_tracer(settings))
-        .map(|((_, tracer), settings)| (tracer.as_ref(), settings))
+        .map(|((_, tracer), settings)| (tracer, settings))
         .collect();
     progress.start("profile", kinds.len() as u64 * u64::from(config.repeats));
     let mut timed: Vec<Timed> = vec![Timed::default(); kinds.len()];
     let (mut runs, mut stages) = (Vec::new(), Vec::new());
     for repeat in 0..config.repeats {
-        for (&(tracer, settings), timed) in kinds.iter().zip(&mut timed) {
+        for (&((tracer, tracer_bytes), settings), timed) in kinds.iter().zip(&mut timed) {
+            let tracer = tracer.as_ref();
             let begun = timeline.now();
             let phases_before = timeline.phases().len();
             let solution = bench.solve(tracer, settings, timed);
@@ -79,7 +81,8 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
             timed.details.push(bench.detail(&detail, &solution, phases, ended - begun));
             // What does not depend on the clock is the same every time.
             if repeat == 0 {
-                runs.push(bench.judge(tracer, settings, &solution));
+                let tracer_bytes = if asks_tracer(settings) { *tracer_bytes } else { 0 };
+                runs.push(ProfiledRun { tracer_bytes, ..bench.judge(tracer, settings, &solution) });
                 stages.push(Stage { name: "errors".to_owned(), start: ended, end: timeline.now() });
             }
             progress.advance(1);
@@ -89,7 +92,7 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
     for (run, timed) in runs.iter_mut().zip(timed) {
         run.visibility_seconds = Spread::of(timed.visibility);
         run.total_seconds = Spread::of(timed.total);
-        run.peak_rss_bytes = timed.peak_rss_bytes;
+        run.solving_bytes = timed.solving_bytes;
         run.detail = RunDetail::of_repeats(timed.details, &timed.steps).unwrap_or_default();
     }
     let is_yardstick = |run: &ProfiledRun| run.strategy == "sampled" && run.rays == YARDSTICK_RAYS;
@@ -98,10 +101,12 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
         setup.values.extend(setup::reference(points, reference, config.samples));
     }
     let (mut maps, camera) = (Vec::new(), loaded.scene.cameras.first());
-    if let (Some(path), Some(&(tracer, settings)), Some(camera)) = (&config.html, kinds.first(), camera) {
+    if let (Some(path), Some(&((tracer, _), settings)), Some(camera)) =
+        (&config.html, kinds.get(config.aim), camera)
+    {
         let camera = within(camera, MAP_PIXELS);
         setup.values.extend(setup::view(&camera, MAP_SAMPLES));
-        maps = bench.maps(path, tracer, settings, &camera, progress)?;
+        maps = bench.maps(path, tracer.as_ref(), settings, &camera, progress)?;
     }
     let found = Profile {
         format: Profile::FORMAT,
@@ -112,6 +117,7 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
         repeats: config.repeats,
         yardstick: runs.iter().position(is_yardstick).unwrap_or(0),
         runs,
+        aim: config.aim,
     };
     if let Some(path) = &config.output {
         json::write_json(path, &found)?;
@@ -130,11 +136,14 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
     Ok(())
 }
 
+/// A tracer, and how far resident memory rose when it was built.
+type Built = (Box<dyn Tracer>, u64);
+
 /// `auto` may be what another one is, too.
-fn each_once(tracers: Vec<Box<dyn Tracer>>) -> Vec<Box<dyn Tracer>> {
-    let mut kept: Vec<Box<dyn Tracer>> = Vec::new();
+fn each_once(tracers: Vec<Built>) -> Vec<Built> {
+    let mut kept: Vec<Built> = Vec::new();
     for tracer in tracers {
-        if !kept.iter().any(|known| known.name() == tracer.name()) {
+        if !kept.iter().any(|(known, _)| known.name() == tracer.0.name()) {
             kept.push(tracer);
         }
     }
@@ -176,7 +185,7 @@ fn within(camera: &Camera, most: u32) -> Camera {
 struct Timed {
     visibility: Vec<f64>,
     total: Vec<f64>,
-    peak_rss_bytes: u64,
+    solving_bytes: u64,
     details: Vec<RunDetail>,
     steps: StepTimes,
 }
@@ -192,14 +201,13 @@ struct Bench<'a> {
 
 impl Bench<'_> {
     fn solve(&self, tracer: &dyn Tracer, settings: &SolveConfig, timed: &mut Timed) -> Solution {
-        memory::restart_peak();
-        let start = Instant::now();
+        let (rise, start) = (Rise::begin(), Instant::now());
         let square_meters = self.hierarchy.square_meters_per_unit(self.loaded.scene.meters_per_unit);
         let options = solve_options(settings);
         let solution = radiosity::solve(self.hierarchy, tracer, &options, square_meters, self.timeline);
         timed.total.push(start.elapsed().as_secs_f64());
         timed.visibility.push(solution.counters.visibility.nanoseconds as f64 * 1e-9);
-        timed.peak_rss_bytes = timed.peak_rss_bytes.max(memory::peak_rss_bytes());
+        timed.solving_bytes = timed.solving_bytes.max(rise.bytes());
         solution
     }
 
@@ -257,6 +265,7 @@ impl Bench<'_> {
             pairs_tested: visibility.pairs_tested,
             shafts_built: visibility.shafts_built,
             links: solution.links.links.len() as u64,
+            solution_bytes: solution.links.bytes() + solution.elements_bytes(),
             certified_share: (links.certified_visible + links.certified_invisible) as f64
                 / (links.total as f64).max(1.0),
             visibility_error: VisibilityError::of(solution, self.hierarchy, tracer, strategy),

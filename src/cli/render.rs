@@ -12,8 +12,9 @@ use crate::image::read::{PictureError, read_exr};
 use crate::image::tone::Exposure;
 use crate::image::write::{PictureFormat, check_destination, check_output, write_picture};
 use crate::image::{self, Heat, HeatMap, RenderOptions, View};
+use crate::memory;
 use crate::progress::Progress;
-use crate::report::{json, memory, table};
+use crate::report::{json, table};
 
 /// Renders as configured.
 ///
@@ -73,7 +74,7 @@ fn run_in_pool(config: &RenderConfig, progress: &dyn Progress) -> Result<(), Cli
     }
     if !config.run.quiet {
         console::note(&table::table(&[(scene.name.as_str(), &stats)]));
-        map.iter().for_each(|map| console::note(&map.legend()));
+        map.iter().for_each(|map| console::note(&map.legend().to_string()));
     }
     if let Some(path) = &config.stats {
         json::write_json(path, &stats)?;

@@ -14,7 +14,7 @@ use crate::export::{Origin, SolutionFile, SolutionFileError};
 use crate::hierarchy::Hierarchy;
 use crate::progress::{Progress, Silent, TerminalProgress};
 use crate::radiosity::{self, Link, LinkClass, Solution, SolveOptions};
-use crate::report::memory;
+use crate::memory::{self, Rise};
 use crate::report::stats::{EnergyStats, LinkStats, MemoryStats, SceneStats, Stats, VisibilityStats};
 use crate::scene::{self, Scene};
 use crate::tracer::embree::{EmbreeError, EmbreeLibrary, EmbreeOptions, EmbreeTracer};
@@ -90,7 +90,7 @@ impl Loaded {
         Ok(Loaded { scene, embree, stored, stats, clock })
     }
 
-    /// A tracer of this kind over the mesh.
+    /// A tracer of this kind over the mesh, and how far resident memory rose when it was built, bytes.
     ///
     /// # Errors
     /// Embree when it is demanded and not usable.
@@ -99,10 +99,12 @@ impl Loaded {
         config: &RunConfig,
         kind: TracerArg,
         hierarchy: &Hierarchy,
-    ) -> Result<Box<dyn Tracer>, CliError> {
+    ) -> Result<(Box<dyn Tracer>, u64), CliError> {
         let library = self.embree.clone().filter(|_| kind != TracerArg::Fallback);
         let config = RunConfig { tracer: kind, ..config.clone() };
-        build_tracer(&config, library, hierarchy, &mut self.stats.clone())
+        let rise = Rise::begin();
+        let tracer = build_tracer(&config, library, hierarchy, &mut self.stats.clone())?;
+        Ok((tracer, rise.left_bytes()))
     }
 
     /// Version and instruction set of the Embree that was found, such as `4.4.0 (AVX2)`.
@@ -244,7 +246,7 @@ fn without_embree(config: &RunConfig, reason: &EmbreeError) -> Result<(), CliErr
     let what = format!("Embree is not usable: {}", reason.summary());
     if config.tracer == TracerArg::Embree {
         return Err(CliError::Embree(format!(
-            "{what}; see `lightshaft doctor`; only --tracer embree and `compare` require it"
+            "{what}; see `lightshaft doctor`; only `compare` and what is told to use embree require it"
         )));
     }
     if !config.quiet {

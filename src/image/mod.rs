@@ -12,6 +12,6 @@ mod seen;
 pub mod tone;
 pub mod write;
 
-pub use heat::{Heat, HeatMap};
+pub use heat::{Heat, HeatMap, Legend};
 pub use render::{RenderOptions, View, render, render_heat};
 pub use seen::seen;

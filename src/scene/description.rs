@@ -169,6 +169,11 @@ fn explain(message: &str) -> String {
     format!("{message}{advice}")
 }
 
+/// Names go to terminals, pages and files of rays: control characters are blanked.
+fn shown_name(typed: Spanned<String>) -> String {
+    typed.into_inner().replace(char::is_control, " ")
+}
+
 /// Line, from 1, of a byte offset.
 fn line_at(text: &[u8], offset: usize) -> u64 {
     1 + text[..offset.min(text.len())].iter().filter(|&&byte| byte == b'\n').count() as u64
@@ -284,7 +289,7 @@ impl Checker<'_> {
         let span = table.span();
         let table = table.into_inner();
         let name_span = table.name.as_ref().map_or(span.clone(), Spanned::span);
-        let name = table.name.map_or_else(|| format!("camera{number}"), Spanned::into_inner);
+        let name = table.name.map_or_else(|| format!("camera{number}"), shown_name);
         if name.is_empty() {
             return self.fault(name_span, "the camera's name is empty; give it one for --camera");
         }
@@ -353,7 +358,7 @@ impl Checker<'_> {
             return self.fault(span, message);
         }
         Ok(Quad {
-            name: table.name.map_or_else(|| format!("quad{number}"), Spanned::into_inner),
+            name: table.name.map_or_else(|| format!("quad{number}"), shown_name),
             corners,
             reflectance: match table.reflectance {
                 Some(rgb) => self.colour(rgb, "reflectance")?,
