@@ -199,10 +199,7 @@ mod tests {
         second.light.exitance[leaf].y -= 3.0;
         let found = ExitanceDifference::between(&hierarchy, [&first, &second]);
         let share = first.forest.area[leaf] as f64 / mean(&first).0;
-        assert!(
-            (found.max - 3.0).abs() < 1e-5 && (found.noticed_area - share).abs() < 1e-9,
-            "{found:?}"
-        );
+        assert!((found.max - 3.0).abs() < 1e-5 && (found.noticed_area - share).abs() < 1e-9, "{found:?}");
         assert!((found.rms - 3.0 * share.sqrt()).abs() < 1e-5, "{found:?}");
         assert!((found.mean - 3.0 * share).abs() < 1e-5, "{found:?}");
         assert!((found.bias + share).abs() < 1e-5, "{found:?}");

@@ -96,13 +96,13 @@ impl<'a> Referee<'a> {
             return [Ruling::RIGHT; 2];
         }
         let may_block = |facet: u32| within.contains(facet) && !segment.skip.contains(&facet);
-        let confirmed = answers.map(|facet| {
-            facet != NO_FACET && may_block(facet) && self.judge.is_blocked_by(segment, facet)
-        });
+        let confirmed = answers
+            .map(|facet| facet != NO_FACET && may_block(facet) && self.judge.is_blocked_by(segment, facet));
         if confirmed == [true; 2] {
             return [Ruling::RIGHT; 2];
         }
-        let named = answers.into_iter().zip(confirmed).find_map(|(facet, is_right)| is_right.then_some(facet));
+        let named =
+            answers.into_iter().zip(confirmed).find_map(|(facet, is_right)| is_right.then_some(facet));
         let mut missed = None;
         [0, 1].map(|side| match answers[side] {
             _ if confirmed[side] => Ruling::RIGHT,

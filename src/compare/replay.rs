@@ -127,8 +127,7 @@ pub fn write_replay(
         count += 1;
     }
     let sum = crc32fast::hash(body.as_bytes());
-    let head =
-        format!("{HEADING} {VERSION}\ngeometry {}\nrays {count} crc32 {sum:08x}\n", fingerprint(mesh));
+    let head = format!("{HEADING} {VERSION}\ngeometry {}\nrays {count} crc32 {sum:08x}\n", fingerprint(mesh));
     write_atomically(path, |file| {
         file.write_all(head.as_bytes())?;
         file.write_all(body.as_bytes()).map_err(FillError::Io)
@@ -231,9 +230,12 @@ impl ReplayFile {
         let count = rays_of(body, 1).count();
         let message = match announced
             .split_once(" crc32 ")
-            .and_then(|(rays, sum)| Some((rays.parse::<usize>().ok()?, sum))) {
+            .and_then(|(rays, sum)| Some((rays.parse::<usize>().ok()?, sum)))
+        {
             None => Some(format!("'rays {}' says neither how many nor their checksum", shown(&announced))),
-            Some((rays, _)) if rays != count => Some(format!("{rays} rays were written, and {count} are there")),
+            Some((rays, _)) if rays != count => {
+                Some(format!("{rays} rays were written, and {count} are there"))
+            }
             Some((_, sum)) if sum != format!("{:08x}", crc32fast::hash(body.as_bytes())) => {
                 Some("the checksum is another one".to_owned())
             }
@@ -305,12 +307,17 @@ fn parse(line: &str, mesh: &TraceMesh) -> Result<Replayed, String> {
         ("segment", [first, second, list, kind @ ..]) => {
             let skip = [facet(first)?, facet(second)?];
             let within = read_list(list, facets).ok_or_else(|| {
-                format!("'{}' is no list of facets, such as 3-7,9; there are {facets}, and '-' is all", shown(list))
+                format!(
+                    "'{}' is no list of facets, such as 3-7,9; there are {facets}, and '-' is all",
+                    shown(list)
+                )
             })?;
             (Question::Segment(Segment { from: points[0], to: points[1], skip }), within, kind)
         }
         ("segment", _) => {
-            return Err("the facets at the ends and those that may block are missing; '-' is none and all".to_owned());
+            return Err(
+                "the facets at the ends and those that may block are missing; '-' is none and all".to_owned()
+            );
         }
         ("ray", kind) => (Question::Ray(Ray { origin: points[0], direction: points[1] }), None, kind),
         _ => return Err(format!("'{}' is neither 'segment' nor 'ray'", shown(what))),

@@ -379,7 +379,11 @@ mod tests {
         }
         assert!(wide.legend().title.contains("logarithmic") && narrow.legend().title.contains("linear"));
         let (legend, text) = (wide.legend(), wide.legend().to_string());
-        assert_eq!((legend.entries[0].0, legend.entries[4].0), ([68, 1, 84], [254, 232, 37]), "the ends of viridis");
+        assert_eq!(
+            (legend.entries[0].0, legend.entries[4].0),
+            ([68, 1, 84], [254, 232, 37]),
+            "the ends of viridis"
+        );
         assert_eq!(text.lines().count(), 6, "{text}");
         assert_eq!(map([7.0, 7.0]).place(7.0), 0.5);
         assert!(map([0.0, 0.0]).place(0.0).is_finite());

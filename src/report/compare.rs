@@ -54,7 +54,8 @@ impl ReplayedRay {
         }
         let alone = DescribedDisagreement::new(hierarchy, &self.alone);
         for (side, tracer) in tracers.into_iter().enumerate() {
-            if (&alone.answers[side], alone.standings[side]) != (&found.answers[side], found.standings[side]) {
+            if (&alone.answers[side], alone.standings[side]) != (&found.answers[side], found.standings[side])
+            {
                 let _ = writeln!(text, "  {tracer}, alone: {}", alone.answer(side));
             }
         }
@@ -168,7 +169,8 @@ impl DescribedDisagreement {
     pub fn line(&self, tracers: &[String; 2]) -> String {
         let of = |side: usize| format!("{}: {}", tracers[side], self.answer(side));
         let point = |p: [f64; 3]| format!("({:.6} {:.6} {:.6})", p[0], p[1], p[2]);
-        let within = self.candidates.map_or_else(String::new, |count| format!(" ({})", counted(count, "candidate")));
+        let within =
+            self.candidates.map_or_else(String::new, |count| format!(" ({})", counted(count, "candidate")));
         format!("{}{within}, {} to {}; {}; {}", self.kind, point(self.from), point(self.to), of(0), of(1))
     }
 
@@ -264,10 +266,8 @@ impl CompareReport {
             ));
         }
         if self.unexplained_links {
-            reasons.push(format!(
-                "links differ though every ray was answered alike, most {}",
-                self.links.worst
-            ));
+            reasons
+                .push(format!("links differ though every ray was answered alike, most {}", self.links.worst));
         }
         let worst = self.worst.first().filter(|worst| worst.standings.contains(&Standing::Wrong));
         let place = worst.map_or_else(String::new, |worst| format!("; worst: {}", worst.line(&self.tracers)));
@@ -319,7 +319,12 @@ impl CompareReport {
             true => format!(", at one place by {} of the mean", percent(light.relative(light.max))),
             false => String::new(),
         };
-        let _ = writeln!(text, "Of the light {} lands elsewhere{most}.{}", percent(light.relative(light.mean)), self.sensitive());
+        let _ = writeln!(
+            text,
+            "Of the light {} lands elsewhere{most}.{}",
+            percent(light.relative(light.mean)),
+            self.sensitive()
+        );
         let _ = writeln!(
             text,
             "The pictures differ by {} (root mean square); to the eye by {} on a scale from 0 to 1 (mean FLIP).",
@@ -334,7 +339,9 @@ impl CompareReport {
         let light = &self.exitance;
         let is_right = self.rays.last().is_some_and(|total| total.wrong == [0, 0]);
         match is_right && light.relative(light.max) > NOTICED {
-            true => format!(" No ray is wrong; the solution is sensitive to rounding there: {}.", light.worst),
+            true => {
+                format!(" No ray is wrong; the solution is sensitive to rounding there: {}.", light.worst)
+            }
             false => String::new(),
         }
     }
@@ -348,7 +355,11 @@ impl CompareReport {
             (b.median / a.median, range)
         };
         let [ray, solve, render] = [
-            self.rays_per_second.map(|rate| Spread { min: 1.0 / rate.max, median: 1.0 / rate.median, max: 1.0 / rate.min }),
+            self.rays_per_second.map(|rate| Spread {
+                min: 1.0 / rate.max,
+                median: 1.0 / rate.median,
+                max: 1.0 / rate.min,
+            }),
             self.solve_seconds,
             self.render_seconds,
         ]
@@ -356,7 +367,8 @@ impl CompareReport {
         if ![ray.0, solve.0, render.0].iter().all(|ratio| ratio.is_finite() && *ratio > 0.0) {
             return String::new();
         }
-        let [ray, solve, render] = [ray, solve, render].map(|(ratio, range)| format!("{ratio:.2} times{range}"));
+        let [ray, solve, render] =
+            [ray, solve, render].map(|(ratio, range)| format!("{ratio:.2} times{range}"));
         format!(
             "{native} casts {ray} as many shadow rays a second as {other}, and is {solve} as fast in solving and {render} \
              in rendering (medians of {} and {}, in turns).\n",
@@ -482,7 +494,9 @@ pub(super) mod tests {
         }
         let text = report(0, 0.1).text();
         assert!(text.contains("No ray is wrong; the solution is sensitive"), "{text}");
-        assert!(!report(1, 0.1).text().contains("sensitive") && !report(0, 0.001).text().contains("sensitive"));
+        assert!(
+            !report(1, 0.1).text().contains("sensitive") && !report(0, 0.001).text().contains("sensitive")
+        );
     }
 
     #[test]

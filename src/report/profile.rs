@@ -319,7 +319,11 @@ mod tests {
         ];
         let mut profile = Profile { runs, aim: 1, ..Profile::default() };
         let words = profile.cheapest().expect("several runs");
-        for part in ["root, embree, 64 rays with 2.000 s", "0.50 of the time of the aim, adaptive, embree, 16 rays", "75 % goes to rays"] {
+        for part in [
+            "root, embree, 64 rays with 2.000 s",
+            "0.50 of the time of the aim, adaptive, embree, 16 rays",
+            "75 % goes to rays",
+        ] {
             assert!(words.contains(part), "{part} is missing: {words}");
         }
         assert!(profile.table().lines().nth(1).is_some_and(|line| line == words), "{}", profile.table());

@@ -36,8 +36,20 @@ fn a_page_of_a_comparison_has_the_pictures_and_what_it_was_made_with() {
     if !has_embree(&folder) {
         return;
     }
-    let options =
-        ["--quality", "draft", "--rays", "2000", "--repeat", "1", "--html", "a.html", "--width", "24"];
+    let options = [
+        "--quality",
+        "draft",
+        "--rays",
+        "2000",
+        "--repeat",
+        "1",
+        "--solves",
+        "1",
+        "--html",
+        "a.html",
+        "--width",
+        "24",
+    ];
     let run = folder.run(&[&["compare", "scene.toml", "-q"][..], &options].concat());
     assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{run:?}");
     let page = std::fs::read_to_string(folder.path("a.html")).expect("a page");

@@ -6,7 +6,6 @@ mod faulty_tracers;
 use super::super::args::{Arguments, Verb};
 use super::super::errors::ExitKind;
 use super::*;
-use std::path::PathBuf;
 use crate::progress::Silent;
 use crate::radiosity::{Record, SolveOptions};
 use crate::scene;
@@ -14,6 +13,7 @@ use crate::tracer::{Candidates, FallbackTracer, FilterAudit, Hit, NO_FACET, Ray,
 use crate::visibility::{Strategy, VisibilityOptions};
 use clap::Parser;
 use faulty_tracers::Blind;
+use std::path::PathBuf;
 
 /// A side of the short box that throws a shadow.
 const BOX_SIDE: u32 = 14;
@@ -180,7 +180,9 @@ fn one_dropped_candidate_ends_with_code_9_and_is_named() {
                 continue;
             }
             let message = answered.expect_err("an objection").to_string();
-            for part in [" wrong in blind", &format!("facet {facet} at ("), "candidate", "blind: clear (WRONG"] {
+            for part in
+                [" wrong in blind", &format!("facet {facet} at ("), "candidate", "blind: clear (WRONG"]
+            {
                 assert!(message.contains(part), "{part} is missing: {message}");
             }
             assert!(facet != FLAG || message.contains("material flag"), "{message}");

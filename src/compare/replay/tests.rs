@@ -112,7 +112,8 @@ fn a_file_that_is_cut_off_anywhere_or_changed_is_refused() {
     let changed = text.replacen("e-1", "e-2", 1);
     assert!(read(&changed).expect_err("changed").to_string().contains("checksum"), "{changed}");
     let (first, last) = text.split_at(head);
-    let nameless = format!("{}rays all of them{last}", &first[..first.rfind("rays").expect("the third line")]);
+    let nameless =
+        format!("{}rays all of them{last}", &first[..first.rfind("rays").expect("the third line")]);
     assert!(matches!(read(nameless), Err(ReplayError::NotAsWritten { .. })));
 }
 
@@ -152,9 +153,13 @@ fn the_line_that_is_no_ray_is_named() {
         assert!(matches!(error, ReplayError::Malformed { line: 6, .. }), "{error}");
         assert!(error.to_string().contains(part), "{error}");
     }
-    for (bad, at) in
-        [("", 1), ("v 0 0 0", 1), ("lightshaft replay 2", 2), ("lightshaft replay 2\nx\n", 2), ("lightshaft replay 2\ngeometry 0", 3)]
-    {
+    for (bad, at) in [
+        ("", 1),
+        ("v 0 0 0", 1),
+        ("lightshaft replay 2", 2),
+        ("lightshaft replay 2\nx\n", 2),
+        ("lightshaft replay 2\ngeometry 0", 3),
+    ] {
         let error = read(bad).expect_err(bad);
         assert!(matches!(error, ReplayError::Malformed { line, .. } if line == at), "{error}");
     }

@@ -1,8 +1,8 @@
 //! A comparison as tables for people.
 
-use super::CompareReport;
 use super::super::profile::Spread;
 use super::super::text::aligned;
+use super::CompareReport;
 
 impl CompareReport {
     pub(super) fn ray_table(&self) -> String {
@@ -86,7 +86,8 @@ impl CompareReport {
     /// How fast each tracer is and what memory it takes, the ratio, and how far measurements spread.
     pub(in super::super) fn speed_rows(&self) -> Vec<[String; 5]> {
         let row = |name: &str, [a, b]: [String; 2], ratio: f64, spread: String| {
-            let ratio = if ratio.is_finite() && ratio > 0.0 { format!("{ratio:.2} times") } else { String::new() };
+            let ratio =
+                if ratio.is_finite() && ratio > 0.0 { format!("{ratio:.2} times") } else { String::new() };
             [name.to_owned(), a, b, ratio, spread]
         };
         let spread = |spreads: [Spread; 2], count: u32| match count {
