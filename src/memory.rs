@@ -6,6 +6,10 @@ pub fn peak_rss_bytes() -> u64 {
     of_status("VmHWM:")
 }
 
+fn restart_peak() {
+    let _ = std::fs::write("/proc/self/clear_refs", "5");
+}
+
 /// A line of the status of this process, in bytes.
 fn of_status(line: &str) -> u64 {
     std::fs::read_to_string("/proc/self/status").map(|text| bytes_in(&text, line)).unwrap_or(0)
@@ -13,18 +17,23 @@ fn of_status(line: &str) -> u64 {
 
 /// Resident memory while something is done, against what was resident before.
 ///
-/// Memory that the process had freed but not given back is not counted again: what is told is at least what was
-/// needed where nothing ran before, and may be less after that.
+/// Memory that the process frees may stay resident, and is used again: what is done first is measured as it is; of what
+/// is done after that, what was freed before counts as well.
 #[derive(Clone, Copy, Debug)]
 pub struct Rise {
     before: u64,
 }
 
 impl Rise {
-    /// From now on. Where the system cannot let the peak start anew it goes on from before.
+    /// Above what is resident now. Where the system cannot let the peak start anew it goes on from before.
     pub fn begin() -> Rise {
-        let _ = std::fs::write("/proc/self/clear_refs", "5");
+        restart_peak();
         Rise { before: peak_rss_bytes() }
+    }
+
+    /// The same work is done again, or other work: the peak starts anew, and what it is measured from stays.
+    pub fn again(&self) {
+        restart_peak();
     }
 
     /// How far resident memory has been above what it was, bytes.

@@ -56,7 +56,7 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
     both.finish();
     let tracers = each_once(tracers?);
     let target = target.as_ref();
-    let bench = Bench { config, loaded: &loaded, hierarchy: &hierarchy, target, timeline: &timeline };
+    let bench = Bench { config, loaded: &loaded, hierarchy: &hierarchy, target, timeline: &timeline, rise: Rise::begin() };
 
     let kinds: Vec<(&Built, &SolveConfig)> = tracers
         .iter()
@@ -197,17 +197,20 @@ struct Bench<'a> {
     hierarchy: &'a Hierarchy,
     target: Option<&'a Target>,
     timeline: &'a Timeline,
+    /// From before the first run.
+    rise: Rise,
 }
 
 impl Bench<'_> {
     fn solve(&self, tracer: &dyn Tracer, settings: &SolveConfig, timed: &mut Timed) -> Solution {
-        let (rise, start) = (Rise::begin(), Instant::now());
+        self.rise.again();
+        let start = Instant::now();
         let square_meters = self.hierarchy.square_meters_per_unit(self.loaded.scene.meters_per_unit);
         let options = solve_options(settings);
         let solution = radiosity::solve(self.hierarchy, tracer, &options, square_meters, self.timeline);
         timed.total.push(start.elapsed().as_secs_f64());
         timed.visibility.push(solution.counters.visibility.nanoseconds as f64 * 1e-9);
-        timed.solving_bytes = timed.solving_bytes.max(rise.bytes());
+        timed.solving_bytes = timed.solving_bytes.max(self.rise.bytes());
         solution
     }
 

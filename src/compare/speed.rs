@@ -35,9 +35,10 @@ impl Speed {
         options: &CompareOptions,
         progress: &dyn Progress,
     ) -> Speed {
-        let mut speed = Speed::default();
+        let (mut speed, rise) = (Speed::default(), Rise::begin());
         for side in (0..options.solves).flat_map(turn) {
-            let (rise, start) = (Rise::begin(), Instant::now());
+            rise.again();
+            let start = Instant::now();
             let square_meters = options.square_meters;
             let solution =
                 radiosity::solve(hierarchy, tracers[side], &options.solve, square_meters, progress);

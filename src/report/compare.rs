@@ -120,7 +120,7 @@ pub struct CompareReport {
     pub render_seconds: [Spread; 2],
     /// How far resident memory rose when each tracer was built.
     pub tracer_bytes: [u64; 2],
-    /// How far resident memory rose while solving, at most.
+    /// How far resident memory was while solving, at most, above that before.
     pub solving_bytes: [u64; 2],
     /// What links and elements take.
     pub solution_bytes: [u64; 2],

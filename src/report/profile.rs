@@ -58,7 +58,7 @@ pub struct ProfiledRun {
     pub links: u64,
     /// Of all pairs that refinement ended at, stored or not, the share whose class is proved.
     pub certified_share: f64,
-    /// How far resident memory rose during the run, at most of the repeats, bytes.
+    /// How far resident memory was during the run, at most of the repeats, above that before the first run, bytes.
     pub solving_bytes: u64,
     /// How far resident memory rose when the tracer was built, bytes.
     pub tracer_bytes: u64,

@@ -2,8 +2,18 @@
 
 use crate::run::{Folder, SCENE, has_embree};
 
-const PROFILE: [&str; 8] =
-    ["profile", "--quality", "draft", "--repeat", "1", "--tracers", "fallback", "--strategies"];
+const PROFILE: [&str; 10] = [
+    "profile",
+    "--quality",
+    "draft",
+    "--repeat",
+    "1",
+    "--rays",
+    "4",
+    "--tracers",
+    "fallback",
+    "--strategies",
+];
 
 #[test]
 fn a_page_of_a_profile_is_one_file_with_all_runs() {

@@ -122,7 +122,8 @@ fn what_is_named_twice_is_made_once_and_so_is_what_asks_no_tracer() {
     if !has_embree(&folder) {
         return;
     }
-    let options = ["--strategies", "all,root", "--tracers", "auto,embree,fallback", "-o", "p.json"];
+    let options =
+        ["--strategies", "all,root", "--tracers", "auto,embree,fallback", "--rays", "4", "-o", "p.json"];
     let run = folder.run(&[&BASE[..], &options].concat());
     assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{run:?}");
     let wanted = [named("all", "none"), named("root", "embree"), named("root", "fallback")];
@@ -135,7 +136,7 @@ fn both_tracers_find_the_same_links() {
     if !has_embree(&folder) {
         return;
     }
-    let options = ["--strategies", "adaptive", "--tracers", "embree,fallback", "-o", "p.json"];
+    let options = ["--strategies", "adaptive", "--tracers", "embree,fallback", "--rays", "4", "-o", "p.json"];
     let run = folder.run(&[&BASE[..], &options].concat());
     assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{run:?}");
     let record = record(&folder);
@@ -179,7 +180,8 @@ fn what_cannot_be_done_is_said_before_anything_is_solved() {
 #[test]
 fn where_the_work_went_adds_up() {
     let folder = folder();
-    let options = ["--strategies", "adaptive,shaft", "--tracers", "fallback", "-o", "p.json"];
+    let options =
+        ["--strategies", "adaptive,shaft", "--tracers", "fallback", "--rays", "4,16", "-o", "p.json"];
     let run = folder.run(&[&BASE[..], &options].concat());
     assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{run:?}");
     let record = record(&folder);
@@ -245,7 +247,8 @@ impl Event {
 fn a_trace_has_every_phase_and_the_work_in_it() {
     const THREADS: usize = 2;
     let folder = folder();
-    let options = ["--strategies", "adaptive,sampled", "--tracers", "fallback", "--threads", "2"];
+    let options =
+        ["--strategies", "adaptive,sampled", "--tracers", "fallback", "--rays", "4", "--threads", "2"];
     let run = folder.run(&[&BASE[..], &options, &["-o", "p.json", "--trace", "t.json"]].concat());
     assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{run:?}");
     let trace: Value =

@@ -44,6 +44,7 @@ fn main() {
         },
         rays: 2000,
         repeats: 1,
+        solves: 1,
         camera: scene::Camera { width: 160, height: 160, ..scene.cameras[0].clone() },
         render: RenderOptions { samples: 1, view: View::Shaded },
         square_meters: 1.0,

@@ -114,7 +114,7 @@ impl CompareReport {
             seconds("solve (s)", self.solve_seconds),
             seconds("render (s)", self.render_seconds),
             megabytes("memory of the tracer (MB)", self.tracer_bytes, "kept when it was built"),
-            megabytes("memory of solving (MB)", self.solving_bytes, "above what there was, at most"),
+            megabytes("memory of solving (MB)", self.solving_bytes, "at most, above what there was before"),
             megabytes("memory of the solution (MB)", self.solution_bytes, "links and elements"),
         ]
     }

@@ -105,7 +105,7 @@ fn rays(report: &CompareReport) -> Result<Markup, String> {
             Bar {
                 value,
                 range: None,
-                text: format!("{value:.1} per million ({off}{wrong})"),
+                text: format!("{value:.1} ({off}{wrong})"),
                 look: Look::filled(side),
             }
         };
@@ -137,7 +137,7 @@ fn rays(report: &CompareReport) -> Result<Markup, String> {
         @if groups.is_empty() {
             p { "Every answer is the referee's." }
         } @else {
-            (bar_chart("Answers that are not the referee's, per million rays of their kind", &legend(report), &groups)?)
+            (bar_chart("Answers that are not the referee's, per million rays of their kind, and in brackets how many", &legend(report), &groups)?)
         }
         (table("By kind of ray", &heads, &rows, last.as_deref()))
     })

@@ -148,7 +148,7 @@ fn heat_maps(found: &Profile, maps: Vec<ShownMap>) -> Markup {
         @for ShownMap { name, legend, size, png } in maps {
             (picture(&Image { png, name: name.to_owned() }, size, name))
             p { (legend.title) }
-            ul.legend {
+            ul.legend.scale {
                 @for (colour, words) in &legend.entries {
                     li { span.swatch style=(format!("color:{}", hex(*colour))) {} (words) }
                 }
@@ -269,7 +269,7 @@ fn figures(found: &Profile) -> Markup {
             @if has_reference { "E: irradiance at the points against the reference. " }
             "Filter: the candidate filter, and the hits it rejected. "
             "Proved: pairs whose visibility is proved, of all that refinement ended at. "
-            "Memory: what was resident at most above what had been before the run, and the tracer; of that the solution "
+            "Memory: what was resident at most above what had been before the first run, and the tracer; of that the solution "
             "is links and elements."
         }
         (table("A row for each run", &heads, &rows, None))
