@@ -8,7 +8,7 @@ use super::config::{CompareConfig, Pictures};
 use super::console;
 use super::errors::CliError;
 use super::setup::{self, setup};
-use super::solved::{Loaded, in_pool, solve_options};
+use super::solved::{Built, Loaded, in_pool, solve_options};
 use crate::compare::{
     CompareOptions, Comparison, Disagreement, Question, Referee, ReplayError, ReplayFile, Replayed, Standing,
     ask, candidates, compare, difference_picture, distance_to_change, write_replay,
@@ -62,7 +62,8 @@ fn run_in_pool(config: &CompareConfig, progress: &dyn Progress) -> Result<(), Cl
     let loaded = Loaded::load(&config.run, progress)?;
     let camera = choose_camera(&loaded.scene, &config.view)?;
     let hierarchy = Hierarchy::build(&loaded.scene, config.run.solve.one_sided, progress);
-    let (tracers, tracer_bytes) = both(config, &loaded, &hierarchy, progress)?;
+    let built = both(config, &loaded, &hierarchy, progress)?;
+    let tracer_bytes = built.each_ref().map(|&(_, bytes)| bytes);
     let options = CompareOptions {
         solve: solve_options(&config.run.solve),
         rays: config.rays as usize,
@@ -72,7 +73,7 @@ fn run_in_pool(config: &CompareConfig, progress: &dyn Progress) -> Result<(), Cl
         render: RenderOptions { samples: config.view.samples(config.run.solve.quality), view: View::Shaded },
         square_meters: hierarchy.square_meters_per_unit(loaded.scene.meters_per_unit),
     };
-    let tracers = tracers.each_ref().map(AsRef::as_ref);
+    let tracers = built.each_ref().map(|(tracer, _)| tracer.as_ref());
     let (found, pictures) = compare(&hierarchy, tracers, &options, progress);
     let names = tracers.map(|tracer| tracer.name());
     let threads = rayon::current_num_threads();
@@ -126,19 +127,18 @@ fn verdict(report: &CompareReport) -> Result<(), CliError> {
     }
 }
 
-/// Embree and the fallback over the mesh, and how far resident memory rose when each was built.
+/// Embree and the fallback over the mesh.
 fn both(
     config: &CompareConfig,
     loaded: &Loaded,
     hierarchy: &Hierarchy,
     progress: &dyn Progress,
-) -> Result<([Box<dyn Tracer>; 2], [u64; 2]), CliError> {
+) -> Result<[Built; 2], CliError> {
     progress.start("build", 0);
     let tracer = |kind| loaded.tracer(&config.run, kind, hierarchy);
     let tracers = tracer(TracerArg::Embree).and_then(|native| Ok([native, tracer(TracerArg::Fallback)?]));
     progress.finish();
-    let [(native, native_bytes), (other, other_bytes)] = tracers?;
-    Ok(([native, other], [native_bytes, other_bytes]))
+    tracers
 }
 
 /// Both pictures and their difference, for the page at `path`.
@@ -173,8 +173,8 @@ fn replay(config: &CompareConfig, file: &Path, progress: &dyn Progress) -> Resul
     let loaded = Loaded::load(&config.run, progress)?;
     let hierarchy = Hierarchy::build(&loaded.scene, config.run.solve.one_sided, progress);
     let rays = recorded.rays(&hierarchy.mesh).map_err(replay_failure)?;
-    let (tracers, _) = both(config, &loaded, &hierarchy, progress)?;
-    let tracers = tracers.each_ref().map(AsRef::as_ref);
+    let built = both(config, &loaded, &hierarchy, progress)?;
+    let tracers = built.each_ref().map(|(tracer, _)| tracer.as_ref());
     let (referee, names) = (Referee::new(&hierarchy.mesh), tracers.map(|tracer| tracer.name()));
     let count = counted(rays.len() as u64, "ray");
     let mut text = format!("{}: {count} of {}\n", loaded.scene.name, file.display());

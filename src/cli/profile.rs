@@ -6,7 +6,7 @@ use super::console;
 use super::errors::CliError;
 use super::probe::{Target, compared, probe_all};
 use super::setup::{self, setup};
-use super::solved::{Loaded, in_pool, link_stats, solve_options};
+use super::solved::{Built, Loaded, in_pool, link_stats, solve_options};
 use crate::gather::Gatherer;
 use crate::hierarchy::Hierarchy;
 use crate::image::write::{OutputError, check_destination, png_bytes};
@@ -56,7 +56,14 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
     both.finish();
     let tracers = each_once(tracers?);
     let target = target.as_ref();
-    let bench = Bench { config, loaded: &loaded, hierarchy: &hierarchy, target, timeline: &timeline, rise: Rise::begin() };
+    let bench = Bench {
+        config,
+        loaded: &loaded,
+        hierarchy: &hierarchy,
+        target,
+        timeline: &timeline,
+        rise: Rise::begin(),
+    };
 
     let kinds: Vec<(&Built, &SolveConfig)> = tracers
         .iter()
@@ -135,9 +142,6 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
     console::answer(&found.table())?;
     Ok(())
 }
-
-/// A tracer, and how far resident memory rose when it was built.
-type Built = (Box<dyn Tracer>, u64);
 
 /// `auto` may be what another one is, too.
 fn each_once(tracers: Vec<Built>) -> Vec<Built> {

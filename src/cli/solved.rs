@@ -52,6 +52,9 @@ pub(super) struct Loaded {
     clock: Clock,
 }
 
+/// A tracer, and how far resident memory was above what it had been when it was built, bytes.
+pub(super) type Built = (Box<dyn Tracer>, u64);
+
 /// A scene with its light.
 pub(super) struct Solved {
     pub(super) scene: Scene,
@@ -90,7 +93,7 @@ impl Loaded {
         Ok(Loaded { scene, embree, stored, stats, clock })
     }
 
-    /// A tracer of this kind over the mesh, and how far resident memory rose when it was built, bytes.
+    /// A tracer of this kind over the mesh.
     ///
     /// # Errors
     /// Embree when it is demanded and not usable.
@@ -99,7 +102,7 @@ impl Loaded {
         config: &RunConfig,
         kind: TracerArg,
         hierarchy: &Hierarchy,
-    ) -> Result<(Box<dyn Tracer>, u64), CliError> {
+    ) -> Result<Built, CliError> {
         let library = self.embree.clone().filter(|_| kind != TracerArg::Fallback);
         let config = RunConfig { tracer: kind, ..config.clone() };
         let rise = Rise::begin();

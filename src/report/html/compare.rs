@@ -102,12 +102,7 @@ fn rays(report: &CompareReport) -> Result<Markup, String> {
             let (off, wrong) = (off(tally)[side], tally.wrong[side]);
             let value = 1e6 * off as f64 / (tally.traced as f64).max(1.0);
             let wrong = if wrong > 0 { format!(", {wrong} WRONG") } else { String::new() };
-            Bar {
-                value,
-                range: None,
-                text: format!("{value:.1} ({off}{wrong})"),
-                look: Look::filled(side),
-            }
+            Bar { value, range: None, text: format!("{value:.1} ({off}{wrong})"), look: Look::filled(side) }
         };
         Group { name: tally.name.clone(), bars: vec![bar(0), bar(1)] }
     };
