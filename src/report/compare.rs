@@ -258,8 +258,10 @@ impl CompareReport {
         let mean = light.relative(light.mean);
         // What is not a number is beyond the limit too.
         if !matches!(mean.partial_cmp(&EXITANCE_LIMIT), Some(Ordering::Less | Ordering::Equal)) {
+            let is_right = self.rays.last().is_some_and(|total| total.wrong == [0, 0]);
+            let though = if is_right { ", though no ray is wrong" } else { "" };
             reasons.push(format!(
-                "{:.3} % of the light lands elsewhere (at most {} %), most at {}",
+                "{:.3} % of the light lands elsewhere (at most {} %){though}, most at {}",
                 100.0 * mean,
                 100.0 * EXITANCE_LIMIT,
                 light.worst
@@ -304,6 +306,10 @@ impl CompareReport {
             [total.tolerance, total.edge_on, total.wrong].map(|counts| counts.iter().sum::<u64>());
         let (light, picture) = (&self.exitance, &self.picture);
         let percent = |share: f64| format!("{:.4} %", 100.0 * share);
+        let times_or_share = |share: f64| match share > 1.0 {
+            true => format!("{share:.1} times"),
+            false => format!("{} of", percent(share)),
+        };
         // Writing to a string cannot fail.
         let mut text = String::new();
         let _ = writeln!(
@@ -317,8 +323,8 @@ impl CompareReport {
         );
         let most = match light.max > 0.0 {
             true => format!(
-                "; at the worst place it differs by {} of the mean",
-                percent(light.relative(light.max))
+                "; at the worst place it differs by {} the mean",
+                times_or_share(light.relative(light.max))
             ),
             false => String::new(),
         };
@@ -496,6 +502,7 @@ pub(super) mod tests {
             assert!(!objection.contains("worst:"), "{objection}");
         }
         let text = report(0, 0.1).text();
+        assert!(text.contains("though no ray is wrong, most at"), "{text}");
         assert!(text.contains("No ray is wrong; the solution is sensitive"), "{text}");
         assert!(
             !report(1, 0.1).text().contains("sensitive") && !report(0, 0.001).text().contains("sensitive")
