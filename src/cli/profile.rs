@@ -102,7 +102,8 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
         run.solving_bytes = timed.solving_bytes;
         run.detail = RunDetail::of_repeats(timed.details, &timed.steps).unwrap_or_default();
     }
-    let is_yardstick = |run: &ProfiledRun| run.strategy == "sampled" && run.rays == YARDSTICK_RAYS;
+    let is_yardstick =
+        |run: &ProfiledRun| run.strategy == "sampled" && run.rays == YARDSTICK_RAYS && run.links > 0;
     let mut setup = setup(&config.run, &loaded, &hierarchy);
     if let Some((points, reference)) = &config.reference {
         setup.values.extend(setup::reference(points, reference, config.samples));

@@ -108,7 +108,7 @@ type Error = (&'static str, fn(&ProfiledRun) -> Option<f64>);
 const SAME: f64 = 1e-3;
 
 const ERRORS: [Error; 2] = [
-    ("visibility error", |run| Some(run.visibility_error.mean)),
+    ("visibility error", |run| Some(run.visibility_error.mean).filter(|_| run.has_light())),
     ("irradiance error", |run| run.irradiance_error.map(|error| error.rms)),
 ];
 
@@ -119,6 +119,11 @@ impl ProfiledRun {
             NO_TRACER => self.strategy.clone(),
             tracer => format!("{}, {tracer}", self.strategy),
         }
+    }
+
+    /// Whether any light came over links: a run that lost all of it is quick, and no link is wrong.
+    pub(super) fn has_light(&self) -> bool {
+        self.links > 0
     }
 
     /// What the run needs besides the scene: its tracer, and what it took while it ran; bytes.
@@ -206,7 +211,8 @@ impl Profile {
             |run: &ProfiledRun| run.visibility_error.mean,
             |run: &ProfiledRun| run.visibility_seconds.median,
         );
-        let reach = self.runs.iter().filter(|run| error(run) <= error(aim) * (1.0 + SAME));
+        let is_exact = |run: &&ProfiledRun| run.has_light() && error(run) <= error(aim) * (1.0 + SAME);
+        let reach = self.runs.iter().filter(is_exact);
         let cheapest = reach.min_by(|a, b| seconds(a).total_cmp(&seconds(b)))?;
         let against = match std::ptr::eq(cheapest, aim) {
             true => "which is the aim itself".to_owned(),
@@ -276,6 +282,7 @@ mod tests {
             strategy: strategy.to_owned(),
             tracer: "embree".to_owned(),
             rays,
+            links: 1,
             visibility_seconds: Spread { min: seconds, median: seconds, max: seconds },
             visibility_error: VisibilityError { mean: error, ..VisibilityError::default() },
             ..ProfiledRun::default()
@@ -329,6 +336,9 @@ mod tests {
         assert!(profile.table().lines().nth(1).is_some_and(|line| line == words), "{}", profile.table());
         profile.aim = 0;
         assert!(profile.cheapest().is_some_and(|words| words.contains("which is the aim itself")), "as fast");
+        // A run that lost all light reaches nothing.
+        profile.runs.push(ProfiledRun { links: 0, ..run("sampled", 8, 0.0, 0.0) });
+        assert!(profile.cheapest().is_some_and(|words| words.contains("which is the aim itself")));
         profile.runs.truncate(1);
         assert_eq!(profile.cheapest(), None);
     }

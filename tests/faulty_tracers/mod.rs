@@ -34,6 +34,9 @@ impl Tracer for Blind<'_> {
             return self.tracer.blockers(segments, candidates, blockers, audit);
         }
         let left = without(candidates, self.facet);
+        // Who is blind does not tell; who was given too short a list does.
+        let mut untold = FilterAudit::default();
+        let audit = if self.only_in_lists { audit } else { &mut untold };
         self.tracer.blockers(segments, Candidates::Only(&left), blockers, audit);
     }
 

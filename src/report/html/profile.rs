@@ -109,8 +109,9 @@ fn about_one(run: &ProfiledRun) -> Vec<String> {
 fn about_several(found: &Profile) -> Vec<String> {
     let seconds = |run: &ProfiledRun| run.visibility_seconds.median;
     let error = |run: &ProfiledRun| run.visibility_error.mean;
+    let with_light = || found.runs.iter().filter(|run| run.has_light());
     let least =
-        |value: &dyn Fn(&ProfiledRun) -> f64| found.runs.iter().min_by(|a, b| value(a).total_cmp(&value(b)));
+        |value: &dyn Fn(&ProfiledRun) -> f64| with_light().min_by(|a, b| value(a).total_cmp(&value(b)));
     let Some(yardstick) = found.runs.get(found.yardstick) else { return Vec::new() };
     let mut words = vec![format!(
         "The yardstick, to which ratios of time are, is {}: {:.3} s in visibility, with an error of {}.",

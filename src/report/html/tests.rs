@@ -38,6 +38,7 @@ fn run(name: &str, seconds: f64, error: f64) -> ProfiledRun {
         strategy: name.to_owned(),
         tracer: name.to_owned(),
         rays: 16,
+        links: 1,
         visibility_seconds: Spread { min: seconds, median: seconds, max: seconds },
         visibility_error: VisibilityError { mean: error, ..VisibilityError::default() },
         ..ProfiledRun::default()
