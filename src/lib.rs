@@ -5,9 +5,13 @@
 //! Data flows one way through the rooms below; a room uses only the rooms above it:
 //!
 //! ```text
-//! progress → unfinished → math → scene → hierarchy → shaft → tracer → visibility → radiosity → gather
+//! progress → unfinished → memory → math → scene → hierarchy → shaft → tracer → visibility → radiosity → gather
 //!     → image → export → probe → check → compare → report → cli
 //! ```
+
+// Some tests share code with those outside, where the crate has this name.
+#[cfg(test)]
+extern crate self as lightshaft;
 
 pub mod progress;
 
@@ -19,6 +23,7 @@ pub mod gather;
 pub mod hierarchy;
 pub mod image;
 pub mod math;
+pub mod memory;
 pub mod probe;
 pub mod radiosity;
 pub mod report;

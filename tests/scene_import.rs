@@ -170,16 +170,25 @@ fn materials_are_found_by_name_wherever_the_library_stands() {
 }
 
 #[test]
-fn names_of_materials_have_no_control_characters() {
+fn names_have_no_control_characters() {
     let quad = r#"[[quad]]
 name = "lamp\nsegment\u001b[31m"
 corners = [[0, 2, 0], [1, 2, 0], [1, 2, 1], [0, 2, 1]]
-radiance = [1, 1, 1]"#;
+radiance = [1, 1, 1]
+
+[[camera]]
+name = "door\nray 0 0\u009b"
+eye = [0, 1, 4]
+target = [0, 1, 0]"#;
     let description = format!("mesh = \"a.obj\"\n{quad}\n");
     let mesh = format!("{SQUARE}usemtl red\u{1b}[31m\nf 1 2 3 4\n");
     let scene = Files::new(&[("a.toml", description.as_bytes()), ("a.obj", mesh.as_bytes())]).load().unwrap();
     let names: Vec<&str> = scene.materials.iter().map(|material| material.name.as_str()).collect();
     assert!(names.contains(&"lamp segment [31m") && names.contains(&"red [31m"), "{names:?}");
+    assert_eq!(
+        (scene.cameras[0].name.as_str(), scene.rectangles[0].name.as_str()),
+        ("door ray 0 0 ", "lamp segment [31m")
+    );
 }
 
 #[test]

@@ -9,10 +9,10 @@ use super::console;
 use super::errors::CliError;
 use super::folder::{check_folder, make_folder};
 use super::setup::{self, setup};
-use super::solved::{Loaded, in_pool, solve_options};
+use super::solved::{Built, Loaded, in_pool, solve_options};
 use crate::compare::{
-    Ask, CompareOptions, Comparison, Disagreement, Question, Referee, ReplayError, ReplayFile, Standing,
-    compare, difference_picture, distance_to_change, write_replay,
+    CompareOptions, Comparison, Disagreement, Question, Referee, ReplayError, ReplayFile, Replayed, Standing,
+    ask, candidates, compare, difference_picture, distance_to_change, write_replay,
 };
 use crate::hierarchy::Hierarchy;
 use crate::image::picture::Picture;
@@ -51,16 +51,18 @@ fn run_in_pool(config: &CompareConfig, progress: &dyn Progress) -> Result<(), Cl
     let loaded = Loaded::load(&config.run, progress)?;
     let camera = choose_camera(&loaded.scene, config.camera.as_deref(), &config.view)?;
     let hierarchy = Hierarchy::build(&loaded.scene, config.run.solve.one_sided, progress);
-    let tracers = both(config, &loaded, &hierarchy, progress)?;
+    let built = both(config, &loaded, &hierarchy, progress)?;
+    let tracer_bytes = built.each_ref().map(|&(_, bytes)| bytes);
     let options = CompareOptions {
         solve: solve_options(&config.run.solve),
         rays: config.rays as usize,
         repeats: config.repeats,
+        solves: config.solves,
         camera,
         render: RenderOptions { samples: config.view.samples(config.run.solve.quality), view: View::Shaded },
         square_meters: hierarchy.square_meters_per_unit(loaded.scene.meters_per_unit),
     };
-    let tracers = tracers.each_ref().map(AsRef::as_ref);
+    let tracers = built.each_ref().map(|(tracer, _)| tracer.as_ref());
     let (found, pictures) = compare(&hierarchy, tracers, &options, progress);
     let names = tracers.map(|tracer| tracer.name());
     let threads = rayon::current_num_threads();
@@ -69,8 +71,9 @@ fn run_in_pool(config: &CompareConfig, progress: &dyn Progress) -> Result<(), Cl
     setup.values.extend(setup::view(&options.camera, options.render.samples));
     setup.values.push(Setting::new("rays made by rule", config.rays.to_string()));
     setup.values.push(Setting::new("rays timed", times(config.repeats)));
+    setup.values.push(Setting::new("solved and rendered", times(config.solves)));
     let report = CompareReport::new(&loaded.scene.name, names, threads, &hierarchy, &found);
-    answer(config, &hierarchy, &found, &CompareReport { setup, ..report }, &pictures)
+    answer(config, &hierarchy, &found, &CompareReport { setup, tracer_bytes, ..report }, &pictures)
 }
 
 /// Writes and prints what was found, whatever it is.
@@ -119,7 +122,7 @@ fn both(
     loaded: &Loaded,
     hierarchy: &Hierarchy,
     progress: &dyn Progress,
-) -> Result<[Box<dyn Tracer>; 2], CliError> {
+) -> Result<[Built; 2], CliError> {
     progress.start("build", 0);
     let tracer = |kind| loaded.tracer(&config.run, kind, hierarchy);
     let tracers = tracer(TracerArg::Embree).and_then(|native| Ok([native, tracer(TracerArg::Fallback)?]));
@@ -156,26 +159,15 @@ fn replay(config: &CompareConfig, file: &Path, progress: &dyn Progress) -> Resul
     let loaded = Loaded::load(&config.run, progress)?;
     let hierarchy = Hierarchy::build(&loaded.scene, config.run.solve.one_sided, progress);
     let rays = recorded.rays(&hierarchy.mesh).map_err(replay_failure)?;
-    let tracers = both(config, &loaded, &hierarchy, progress)?;
-    let tracers = tracers.each_ref().map(AsRef::as_ref);
+    let built = both(config, &loaded, &hierarchy, progress)?;
+    let tracers = built.each_ref().map(|(tracer, _)| tracer.as_ref());
     let (referee, names) = (Referee::new(&hierarchy.mesh), tracers.map(|tracer| tracer.name()));
     let count = counted(rays.len() as u64, "ray");
     let mut text = format!("{}: {count} of {}\n", loaded.scene.name, file.display());
     let mut wrong = 0;
     for (number, ray) in (1..).zip(rays) {
-        let replayed = match ray.question {
-            Question::Segment(segment) => {
-                let to_change = |facet| (facet, distance_to_change(&hierarchy.mesh, facet, &segment));
-                let expected = referee.blockers(&segment).into_iter().map(to_change).collect();
-                replayed(&referee, tracers, ray.kind, segment, expected)
-            }
-            Question::Ray(asked) => {
-                let first = referee.first_hit(&asked).map(|hit| hit.facet);
-                let to_change = |facet| (facet, referee.distance_from_outline(&asked, facet));
-                replayed(&referee, tracers, ray.kind, asked, first.map(to_change).into_iter().collect())
-            }
-        };
-        wrong += u64::from(replayed.in_packet.severity().0 == Standing::Wrong);
+        let replayed = replayed(&hierarchy, &referee, tracers, ray);
+        wrong += u64::from(replayed.standing() == Standing::Wrong);
         text += &format!("\n{number}. {}", replayed.text(&hierarchy, names));
     }
     if !config.run.quiet {
@@ -192,17 +184,29 @@ fn replay(config: &CompareConfig, file: &Path, progress: &dyn Progress) -> Resul
     }
 }
 
-fn replayed<T: Ask>(
+/// A ray among others and alone: the two are traced in different ways.
+fn replayed(
+    hierarchy: &Hierarchy,
     referee: &Referee<'_>,
     tracers: [&dyn Tracer; 2],
-    kind: String,
-    asked: T,
-    expected: Vec<(u32, f64)>,
+    Replayed { kind, question, within }: Replayed,
 ) -> ReplayedRay {
-    // A packet of one is traced in another way than one of several.
-    let (answers, rulings) = T::ask(&[asked; 2], tracers, referee)[0];
-    let (alone, _) = T::ask(&[asked], tracers, referee)[0];
-    let in_packet = Disagreement { kind, question: asked.question(), answers, rulings };
+    let expected = match question {
+        Question::Segment(segment) => referee
+            .blockers(&segment, candidates(&within))
+            .into_iter()
+            .map(|facet| (facet, distance_to_change(&hierarchy.mesh, facet, &segment)))
+            .collect(),
+        Question::Ray(ray) => referee
+            .first_hit(&ray)
+            .map(|hit| (hit.facet, referee.distance_from_outline(&ray, hit.facet)))
+            .into_iter()
+            .collect(),
+    };
+    let [in_packet, alone] = [2, 1].map(|times| {
+        let (answers, rulings) = ask(question, candidates(&within), times, tracers, referee);
+        Disagreement { kind: kind.clone(), question, within: within.clone(), answers, rulings }
+    });
     ReplayedRay { in_packet, alone, expected }
 }
 
@@ -214,166 +218,10 @@ fn replay_failure(error: ReplayError) -> CliError {
         ReplayError::TooLarge { .. }
         | ReplayError::Malformed { .. }
         | ReplayError::OtherVersion { .. }
+        | ReplayError::NotAsWritten { .. }
         | ReplayError::OtherGeometry { .. } => CliError::Malformed(message),
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::args::{Arguments, Verb};
-    use super::super::errors::ExitKind;
-    use super::*;
-    use crate::progress::Silent;
-    use crate::radiosity::{Record, SolveOptions};
-    use crate::scene;
-    use crate::tracer::{Candidates, FallbackTracer, FilterAudit, Hit, Interval, NO_FACET, Ray, Segment};
-    use crate::visibility::{Strategy, VisibilityOptions};
-    use clap::Parser;
-
-    /// A side of the short box that throws a shadow.
-    const BOX_SIDE: u32 = 14;
-
-    /// Does not see one facet, whoever asks.
-    struct Blind<'a>(&'a FallbackTracer, u32);
-
-    impl Tracer for Blind<'_> {
-        fn name(&self) -> &'static str {
-            "blind"
-        }
-
-        fn blockers(
-            &self,
-            segments: &[Segment],
-            candidates: Candidates<'_>,
-            blockers: &mut [u32],
-            audit: &mut FilterAudit,
-        ) {
-            let everything = [Interval { start: 0, end: u32::MAX }];
-            let seen = match candidates {
-                Candidates::All => &everything,
-                Candidates::Only(list) => list,
-            };
-            let parts =
-                |i: &Interval| [(i.start, i.end.min(self.1)), (i.start.max(self.1.saturating_add(1)), i.end)];
-            let parts = seen.iter().flat_map(parts).filter(|(start, end)| start < end);
-            let left: Vec<Interval> = parts.map(|(start, end)| Interval { start, end }).collect();
-            self.0.blockers(segments, Candidates::Only(&left), blockers, audit);
-        }
-
-        fn first_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-            self.0.first_hits(rays, hits);
-        }
-    }
-
-    /// Looks only from a twentieth of the way on.
-    struct Late<'a>(&'a FallbackTracer);
-
-    impl Tracer for Late<'_> {
-        fn name(&self) -> &'static str {
-            "late"
-        }
-
-        fn blockers(
-            &self,
-            segments: &[Segment],
-            candidates: Candidates<'_>,
-            blockers: &mut [u32],
-            audit: &mut FilterAudit,
-        ) {
-            let late = |s: &Segment| Segment { from: s.from.lerp(s.to, 0.05), ..*s };
-            let shifted: Vec<Segment> = segments.iter().map(late).collect();
-            self.0.blockers(&shifted, candidates, blockers, audit);
-        }
-
-        fn first_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-            self.0.first_hits(rays, hits);
-        }
-    }
-
-    /// Puts a fault before a tracer.
-    type Fault = for<'a> fn(&'a FallbackTracer) -> Box<dyn Tracer + 'a>;
-
-    /// The answer for the Cornell box with a tracer and a faulty one.
-    fn answer_for(fault: Fault, config: &CompareConfig) -> (Result<(), CliError>, CompareReport) {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell-box/scene.toml");
-        let scene = scene::load(&path, &Default::default(), &Silent).expect("a scene of the project");
-        let hierarchy = Hierarchy::build(&scene, false, &Silent);
-        let tracer = FallbackTracer::new(&hierarchy.mesh);
-        let options = CompareOptions {
-            solve: SolveOptions {
-                epsilon: 2e-2,
-                contrast: 0.8,
-                min_size: None,
-                resolution: 16.0,
-                iterations: 200,
-                visibility: VisibilityOptions { strategy: Strategy::Adaptive, rays: 4, certify: false },
-                record: Record::Nothing,
-            },
-            rays: 2000,
-            repeats: 1,
-            camera: scene::Camera { width: 8, height: 8, ..scene.cameras[0].clone() },
-            render: RenderOptions { samples: 1, view: View::Shaded },
-            square_meters: 1.0,
-        };
-        let faulty = fault(&tracer);
-        let (found, pictures) = compare(&hierarchy, [&tracer, faulty.as_ref()], &options, &Silent);
-        let report = CompareReport::new(&scene.name, ["fallback", faulty.name()], 1, &hierarchy, &found);
-        let answered = answer(config, &hierarchy, &found, &report, &pictures);
-        (answered, report)
-    }
-
-    /// Everything that is written, into this folder.
-    fn config(folder: &Path) -> CompareConfig {
-        let file = |name: &str| folder.join(name).to_string_lossy().into_owned();
-        let files = [file("a.json"), file("a.replay"), file("a.html"), file("pictures")];
-        let options = ["--json", "--replay-file", "--html", "-o"];
-        let options = options.iter().zip(&files).flat_map(|(option, file)| [*option, file.as_str()]);
-        let typed =
-            Arguments::try_parse_from(["lightshaft", "compare", "a.toml", "-q"].into_iter().chain(options));
-        match typed.expect("the grammar accepts this").verb {
-            Verb::Compare(typed) => CompareConfig::check(*typed).expect("options that fit each other"),
-            other => panic!("{other:?}"),
-        }
-    }
-
-    #[test]
-    fn a_tracer_that_is_blind_to_one_facet_ends_with_code_9_and_the_place() {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let config = config(folder.path());
-        let page = || std::fs::read_to_string(folder.path().join("a.html")).expect("a page");
-        let (same, report) = answer_for(|tracer| Box::new(Blind(tracer, NO_FACET)), &config);
-        assert!(page().contains("The tracers agree."));
-        assert!(same.is_ok() && report.agree, "{}", report.text());
-        assert_eq!((report.links.share(), report.exitance.max, report.picture.max), (0.0, 0.0, 0.0));
-
-        // Facets of the two boxes, the last but for the walls.
-        let (different, report) = answer_for(|tracer| Box::new(Blind(tracer, BOX_SIDE)), &config);
-        for name in ["a.json", "a.replay", "pictures/difference.png"] {
-            assert!(folder.path().join(name).is_file(), "{name} is written all the same");
-        }
-        assert!(page().contains("The tracers disagree: ") && page().contains("WRONG"));
-        let error = different.expect_err("the tracers disagree");
-        assert_eq!((error.kind(), error.kind().code()), (ExitKind::TracersDisagree, 9));
-        let message = error.to_string();
-        for part in ["rays are wrong in blind", "worst: ", &format!("facet {BOX_SIDE} at ("), "blind: "] {
-            assert!(message.contains(part), "{part} is missing: {message}");
-        }
-        assert!(report.links.share() > 0.0 && report.exitance.max > 0.0, "{}", report.text());
-        let shadow_rays = &report.rays[0];
-        assert!(shadow_rays.wrong[1] > 0 && shadow_rays.wrong[0] == 0, "{}", report.text());
-    }
-
-    #[test]
-    fn a_tracer_whose_rays_begin_too_late_ends_with_code_9_and_the_place() {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let (different, report) = answer_for(|tracer| Box::new(Late(tracer)), &config(folder.path()));
-        let error = different.expect_err("the tracers disagree");
-        assert_eq!(error.kind().code(), 9);
-        let message = error.to_string();
-        for part in ["rays are wrong in late", "worst: ", "facet ", "late: "] {
-            assert!(message.contains(part), "{part} is missing: {message}");
-        }
-        let shadow_rays = &report.rays[0];
-        assert!(shadow_rays.wrong[1] > 0 && shadow_rays.wrong[0] == 0, "{}", report.text());
-    }
-}
+mod tests;

@@ -7,9 +7,10 @@ use super::probe::{Target, compared, probe_all};
 use super::solved::{Loaded, Solved, in_pool};
 use crate::gather::Gatherer;
 use crate::image::write::check_destination;
+use crate::memory;
 use crate::progress::Progress;
 use crate::report::convergence::{Convergence, Rung};
-use crate::report::{json, memory, plot};
+use crate::report::{json, plot};
 
 /// Solves at one setting after the other, as configured.
 ///

@@ -64,7 +64,7 @@ pub(super) fn make(
     if let Some(exposure) = shared_exposure.filter(|_| is_sequence) {
         say_exposure(config, "the pictures", exposure);
     }
-    let mut legends = shared_map.as_ref().map(HeatMap::legend).unwrap_or_default();
+    let mut legends = shared_map.as_ref().map(|map| map.legend().to_string()).unwrap_or_default();
 
     shots.make_folder()?;
     let maker = config.layers.then(|| LayerMaker::new(&renderer));
@@ -91,7 +91,10 @@ pub(super) fn make(
             "the picture".to_owned()
         };
         if let Some(map) = &own_map {
-            legends += &if cameras.len() > 1 { format!("{what}: {}", map.legend()) } else { map.legend() };
+            if cameras.len() > 1 {
+                legends += &format!("{what}: ");
+            }
+            legends += &map.legend().to_string();
         }
         let exposure = shared_exposure.or_else(|| {
             let chosen = is_exposed.then(|| automatic_exposure(&picture))?;

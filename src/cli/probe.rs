@@ -10,12 +10,13 @@ use super::errors::CliError;
 use super::solved::{Loaded, Solved, in_pool};
 use crate::gather::{Gatherer, Irradiance};
 use crate::image::write::{FillError, check_destination, write_atomically};
+use crate::memory;
 use crate::probe::{
     Answer, Comparison, Deviation, Grid, ProbeError, ProbePoint, ProbeRun, Reference, check_points,
     grid_points, read_points, read_reference, write_csv,
 };
 use crate::progress::Progress;
-use crate::report::{json, memory};
+use crate::report::json;
 use crate::scene::Scene;
 
 /// Probes as configured.

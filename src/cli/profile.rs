@@ -6,11 +6,12 @@ use super::console;
 use super::errors::CliError;
 use super::probe::{Target, compared, probe_all};
 use super::setup::{self, setup};
-use super::solved::{Loaded, in_pool, link_stats, solve_options};
+use super::solved::{Built, Loaded, in_pool, link_stats, solve_options};
 use crate::gather::Gatherer;
 use crate::hierarchy::Hierarchy;
 use crate::image::write::{OutputError, check_destination, png_bytes};
 use crate::image::{self, Heat, HeatMap, RenderOptions, Renderer, View};
+use crate::memory::Rise;
 use crate::progress::{Both, Progress, Silent, Span, Timeline};
 use crate::radiosity::{self, Record, Solution, SolveOptions, VisibilityError};
 use crate::report::detail::RunDetail;
@@ -18,7 +19,7 @@ use crate::report::html::ShownMap;
 use crate::report::profile::{NO_TRACER, Profile, ProfiledRun, Spread};
 use crate::report::text::counted;
 use crate::report::trace::{self, Stage};
-use crate::report::{html, json, memory, plot};
+use crate::report::{html, json, plot};
 use crate::scene::Camera;
 use crate::tracer::Tracer;
 use crate::visibility::{Detail, StepTimes, Strategy};
@@ -56,20 +57,28 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
     both.finish();
     let tracers = each_once(tracers?);
     let target = target.as_ref();
-    let bench = Bench { config, loaded: &loaded, hierarchy: &hierarchy, target, timeline: &timeline };
+    let bench = Bench {
+        config,
+        loaded: &loaded,
+        hierarchy: &hierarchy,
+        target,
+        timeline: &timeline,
+        rise: Rise::begin(),
+    };
 
-    let kinds: Vec<(&dyn Tracer, &SolveConfig)> = tracers
+    let kinds: Vec<(&Built, &SolveConfig)> = tracers
         .iter()
         .enumerate()
         .flat_map(|pair| config.settings.iter().map(move |settings| (pair, settings)))
         .filter(|((index, _), settings)| *index == 0 || asks_tracer(settings))
-        .map(|((_, tracer), settings)| (tracer.as_ref(), settings))
+        .map(|((_, tracer), settings)| (tracer, settings))
         .collect();
     progress.start("profile", kinds.len() as u64 * u64::from(config.repeats));
     let mut timed: Vec<Timed> = vec![Timed::default(); kinds.len()];
     let (mut runs, mut stages) = (Vec::new(), Vec::new());
     for repeat in 0..config.repeats {
-        for (&(tracer, settings), timed) in kinds.iter().zip(&mut timed) {
+        for (&((tracer, tracer_bytes), settings), timed) in kinds.iter().zip(&mut timed) {
+            let tracer = tracer.as_ref();
             let begun = timeline.now();
             let phases_before = timeline.phases().len();
             let solution = bench.solve(tracer, settings, timed);
@@ -80,7 +89,8 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
             timed.details.push(bench.detail(&detail, &solution, phases, ended - begun));
             // What does not depend on the clock is the same every time.
             if repeat == 0 {
-                runs.push(bench.judge(tracer, settings, &solution));
+                let tracer_bytes = if asks_tracer(settings) { *tracer_bytes } else { 0 };
+                runs.push(ProfiledRun { tracer_bytes, ..bench.judge(tracer, settings, &solution) });
                 stages.push(Stage { name: "errors".to_owned(), start: ended, end: timeline.now() });
             }
             progress.advance(1);
@@ -90,19 +100,22 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
     for (run, timed) in runs.iter_mut().zip(timed) {
         run.visibility_seconds = Spread::of(timed.visibility);
         run.total_seconds = Spread::of(timed.total);
-        run.peak_rss_bytes = timed.peak_rss_bytes;
+        run.solving_bytes = timed.solving_bytes;
         run.detail = RunDetail::of_repeats(timed.details, &timed.steps).unwrap_or_default();
     }
-    let is_yardstick = |run: &ProfiledRun| run.strategy == "sampled" && run.rays == YARDSTICK_RAYS;
+    let is_yardstick =
+        |run: &ProfiledRun| run.strategy == "sampled" && run.rays == YARDSTICK_RAYS && run.links > 0;
     let mut setup = setup(&config.run, &loaded, &hierarchy);
     if let Some((points, reference)) = &config.reference {
         setup.values.extend(setup::reference(points, reference, config.samples));
     }
     let (mut maps, camera) = (Vec::new(), loaded.scene.cameras.first());
-    if let (Some(path), Some(&(tracer, settings)), Some(camera)) = (&config.html, kinds.first(), camera) {
+    if let (Some(path), Some(&((tracer, _), settings)), Some(camera)) =
+        (&config.html, kinds.get(config.aim), camera)
+    {
         let camera = within(camera, MAP_PIXELS);
         setup.values.extend(setup::view(&camera, MAP_SAMPLES));
-        maps = bench.maps(path, tracer, settings, &camera, progress)?;
+        maps = bench.maps(path, tracer.as_ref(), settings, &camera, progress)?;
     }
     let found = Profile {
         format: Profile::FORMAT,
@@ -113,6 +126,7 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
         repeats: config.repeats,
         yardstick: runs.iter().position(is_yardstick).unwrap_or(0),
         runs,
+        aim: config.aim,
     };
     if let Some(path) = &config.output {
         json::write_json(path, &found)?;
@@ -132,10 +146,10 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
 }
 
 /// `auto` may be what another one is, too.
-fn each_once(tracers: Vec<Box<dyn Tracer>>) -> Vec<Box<dyn Tracer>> {
-    let mut kept: Vec<Box<dyn Tracer>> = Vec::new();
+fn each_once(tracers: Vec<Built>) -> Vec<Built> {
+    let mut kept: Vec<Built> = Vec::new();
     for tracer in tracers {
-        if !kept.iter().any(|known| known.name() == tracer.name()) {
+        if !kept.iter().any(|(known, _)| known.name() == tracer.0.name()) {
             kept.push(tracer);
         }
     }
@@ -177,7 +191,7 @@ fn within(camera: &Camera, most: u32) -> Camera {
 struct Timed {
     visibility: Vec<f64>,
     total: Vec<f64>,
-    peak_rss_bytes: u64,
+    solving_bytes: u64,
     details: Vec<RunDetail>,
     steps: StepTimes,
 }
@@ -189,18 +203,20 @@ struct Bench<'a> {
     hierarchy: &'a Hierarchy,
     target: Option<&'a Target>,
     timeline: &'a Timeline,
+    /// From before the first run.
+    rise: Rise,
 }
 
 impl Bench<'_> {
     fn solve(&self, tracer: &dyn Tracer, settings: &SolveConfig, timed: &mut Timed) -> Solution {
-        memory::restart_peak();
+        self.rise.again();
         let start = Instant::now();
         let square_meters = self.hierarchy.square_meters_per_unit(self.loaded.scene.meters_per_unit);
         let options = solve_options(settings);
         let solution = radiosity::solve(self.hierarchy, tracer, &options, square_meters, self.timeline);
         timed.total.push(start.elapsed().as_secs_f64());
         timed.visibility.push(solution.counters.visibility.nanoseconds as f64 * 1e-9);
-        timed.peak_rss_bytes = timed.peak_rss_bytes.max(memory::peak_rss_bytes());
+        timed.solving_bytes = timed.solving_bytes.max(self.rise.bytes());
         solution
     }
 
@@ -261,6 +277,7 @@ impl Bench<'_> {
             pairs_tested: visibility.pairs_tested,
             shafts_built: visibility.shafts_built,
             links: solution.links.links.len() as u64,
+            solution_bytes: solution.links.bytes() + solution.elements_bytes(),
             certified_share: (links.certified_visible + links.certified_invisible) as f64
                 / (links.total as f64).max(1.0),
             visibility_error: VisibilityError::of(solution, self.hierarchy, tracer, strategy),

@@ -9,10 +9,11 @@ use super::solved::{Loaded, Solved, file_failure, fill_stats, in_pool, scene_fai
 use crate::export::{Origin, SolutionFile, write_solution};
 use crate::hierarchy::{Fingerprint, Hierarchy};
 use crate::image::write::check_destination;
+use crate::memory;
 use crate::progress::Progress;
 use crate::radiosity::{Relit, Reuse, Solution, relight};
 use crate::report::stats::RelitStats;
-use crate::report::{json, memory, table};
+use crate::report::{json, table};
 use crate::scene::{self, LoadOptions, Scene, check_names};
 
 /// Where more than this share of the light comes over links that are too coarse for it, there is more error than

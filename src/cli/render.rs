@@ -10,8 +10,9 @@ use crate::compare::TruthDifference;
 use crate::image::read::{PictureError, read_exr};
 use crate::image::video::{VideoShape, check_program, check_video};
 use crate::image::write::check_destination;
+use crate::memory;
 use crate::progress::Progress;
-use crate::report::{json, memory, table};
+use crate::report::{json, table};
 
 /// Renders as configured.
 ///

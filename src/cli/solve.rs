@@ -6,8 +6,9 @@ use super::errors::CliError;
 use super::solved::{Loaded, Solved, in_pool};
 use crate::export::write_solution;
 use crate::image::write::check_destination;
+use crate::memory;
 use crate::progress::Progress;
-use crate::report::{json, memory, table};
+use crate::report::{json, table};
 
 /// Solves as configured.
 ///

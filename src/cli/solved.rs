@@ -12,9 +12,9 @@ use super::errors::CliError;
 use crate::check::{UNBALANCED, UNSETTLED};
 use crate::export::{Origin, SolutionFile, SolutionFileError};
 use crate::hierarchy::Hierarchy;
+use crate::memory::{self, Rise};
 use crate::progress::{Progress, Silent, TerminalProgress};
 use crate::radiosity::{self, Link, LinkClass, Solution, SolveOptions};
-use crate::report::memory;
 use crate::report::stats::{EnergyStats, LinkStats, MemoryStats, SceneStats, Stats, VisibilityStats};
 use crate::scene::{self, LoadOptions, Scene};
 use crate::tracer::embree::{EmbreeError, EmbreeLibrary, EmbreeOptions, EmbreeTracer};
@@ -51,6 +51,9 @@ pub(super) struct Loaded {
     stats: Stats,
     clock: Clock,
 }
+
+/// A tracer, and how far resident memory was above what it had been when it was built, bytes.
+pub(super) type Built = (Box<dyn Tracer>, u64);
 
 /// A scene with its light.
 pub(super) struct Solved {
@@ -101,10 +104,12 @@ impl Loaded {
         config: &RunConfig,
         kind: TracerArg,
         hierarchy: &Hierarchy,
-    ) -> Result<Box<dyn Tracer>, CliError> {
+    ) -> Result<Built, CliError> {
         let library = self.embree.clone().filter(|_| kind != TracerArg::Fallback);
         let config = RunConfig { tracer: kind, ..config.clone() };
-        build_tracer(&config, library, hierarchy, &mut self.stats.clone())
+        let rise = Rise::begin();
+        let tracer = build_tracer(&config, library, hierarchy, &mut self.stats.clone())?;
+        Ok((tracer, rise.left_bytes()))
     }
 
     /// Version and instruction set of the Embree that was found, such as `4.4.0 (AVX2)`.
@@ -246,7 +251,7 @@ fn without_embree(config: &RunConfig, reason: &EmbreeError) -> Result<(), CliErr
     let what = format!("Embree is not usable: {}", reason.summary());
     if config.tracer == TracerArg::Embree {
         return Err(CliError::Embree(format!(
-            "{what}; see `lightshaft doctor`; only --tracer embree and `compare` require it"
+            "{what}; see `lightshaft doctor`; only `compare` and what is told to use embree require it"
         )));
     }
     if !config.quiet {

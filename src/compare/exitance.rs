@@ -11,24 +11,21 @@ use serde::Serialize;
 pub struct ExitanceDifference {
     /// Mean of what surfaces reflect in the first solution: what differences are relative to.
     pub mean_reflected: f64,
+    /// Mean: relative to what is reflected, the share of the light that lands elsewhere.
+    pub mean: f64,
     /// Root of the mean square.
     pub rms: f64,
     /// Mean of second minus first, over channels too.
     pub bias: f64,
     /// The largest.
     pub max: f64,
-    /// Share of the area where the difference is more than 1 % of the mean.
-    pub area_above_percent: f64,
-    /// Where the largest is.
+    /// Share of the area, from 0 to 1, where the difference is more than 1 % of the mean.
+    pub noticed_area: f64,
+    /// Where the largest is; empty when there is none.
     pub worst: String,
 }
 
 impl ExitanceDifference {
-    /// [`Self::rms`] relative to the mean.
-    pub fn relative_rms(&self) -> f64 {
-        self.relative(self.rms)
-    }
-
     /// A difference relative to the mean.
     pub fn relative(&self, difference: f64) -> f64 {
         difference / self.mean_reflected.max(f64::MIN_POSITIVE)
@@ -52,10 +49,11 @@ impl ExitanceDifference {
         let area = all.area.max(f64::MIN_POSITIVE);
         ExitanceDifference {
             mean_reflected: mean,
+            mean: all.sum / area,
             rms: (all.squares / area).sqrt(),
             bias: all.signed / area,
             max: all.max,
-            area_above_percent: all.above / area,
+            noticed_area: all.above / area,
             worst: all.worst.map_or_else(String::new, |element| {
                 place(hierarchy, &first.forest, hierarchy.nodes.len() as u32 + element)
             }),
@@ -81,6 +79,7 @@ struct Sums {
     /// A difference of more than this is counted by area.
     noticed: f64,
     area: f64,
+    sum: f64,
     squares: f64,
     signed: f64,
     above: f64,
@@ -128,6 +127,7 @@ impl Sums {
         let difference = second - first;
         let (largest, area) = (difference.abs().max_element() as f64, area as f64);
         self.area += area;
+        self.sum += largest * area;
         self.squares += largest * largest * area;
         self.signed += difference.element_sum() as f64 / 3.0 * area;
         self.above += if largest > self.noticed { area } else { 0.0 };
@@ -138,6 +138,7 @@ impl Sums {
 
     fn add(&mut self, other: &Sums) {
         self.area += other.area;
+        self.sum += other.sum;
         self.squares += other.squares;
         self.signed += other.signed;
         self.above += other.above;
@@ -198,11 +199,9 @@ mod tests {
         second.light.exitance[leaf].y -= 3.0;
         let found = ExitanceDifference::between(&hierarchy, [&first, &second]);
         let share = first.forest.area[leaf] as f64 / mean(&first).0;
-        assert!(
-            (found.max - 3.0).abs() < 1e-5 && (found.area_above_percent - share).abs() < 1e-9,
-            "{found:?}"
-        );
+        assert!((found.max - 3.0).abs() < 1e-5 && (found.noticed_area - share).abs() < 1e-9, "{found:?}");
         assert!((found.rms - 3.0 * share.sqrt()).abs() < 1e-5, "{found:?}");
+        assert!((found.mean - 3.0 * share).abs() < 1e-5, "{found:?}");
         assert!((found.bias + share).abs() < 1e-5, "{found:?}");
         assert_eq!(found.worst, place(&hierarchy, &first.forest, (hierarchy.nodes.len() + leaf) as u32));
     }

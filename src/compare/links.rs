@@ -145,6 +145,11 @@ impl LinkDifferences {
         Some(what)
     }
 
+    /// Whether there are no differences of any kind.
+    pub fn are_same(&self) -> bool {
+        self.count_of_all() == 0 && self.certified == 0 && self.invisible[0] == self.invisible[1]
+    }
+
     /// Links that are not the same on both sides; how they are known does not count.
     pub fn count_of_all(&self) -> u64 {
         self.only[0] + self.only[1] + self.class + self.fraction

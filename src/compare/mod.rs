@@ -1,8 +1,8 @@
-//! The same work on two tracers: do their rays, links, light and pictures agree, and which is faster? Where rays
-//! disagree the exhaustive tracer says who is right.
+//! The same work on two tracers: do their rays, links, light and pictures agree, and which is faster? Every ray of
+//! both solutions is asked of both, with the same candidates; where they disagree the exhaustive tracer says who is right.
 //!
-//! The first of the two is called the native tracer, the second the other. Everything but times is the same for any
-//! number of threads. `docs/compare.md` explains every figure.
+//! The first of the two is called the native tracer, the second the other. Everything but times and memory is the same
+//! for any number of threads. `docs/compare.md` explains every figure.
 
 mod distance;
 mod exitance;
@@ -11,23 +11,27 @@ mod hard;
 mod links;
 mod picture;
 mod rays;
-mod recorder;
 mod referee;
 mod replay;
+mod sample;
 mod speed;
+mod tally;
 mod truth;
+mod witness;
 
 pub use distance::{between_segments, distance_to_change};
 pub use exitance::ExitanceDifference;
 pub use hard::{FAMILIES, Family, Numbers, far_segments, random_segments, segments};
 pub use links::{LinkDifferences, NamedLinks};
 pub use picture::{PictureDifference, difference_picture};
-pub use rays::{Ask, Batch, Disagreement, Question, RayComparison, Tally, compare_rays, made_batches};
-pub use recorder::{KeptPackets, Recorder};
+pub use rays::{Batch, Judged, ask, compare_rays, made_batches};
 pub use referee::{Referee, Ruling, Standing, tolerance_for, tolerance_for_ray};
 pub use replay::{ReplayError, ReplayFile, Replayed, write_replay};
-pub use speed::rays_per_second;
+pub use sample::{Sample, Sampled};
+pub use speed::{Speed, rays_per_second};
+pub use tally::{Disagreement, Question, RayComparison, Tally, candidates};
 pub use truth::TruthDifference;
+pub use witness::{Account, Witness};
 
 use crate::hierarchy::Hierarchy;
 use crate::image::picture::Picture;
@@ -36,11 +40,13 @@ use crate::progress::Progress;
 use crate::radiosity::{self, SolveOptions};
 use crate::scene::Camera;
 use crate::tracer::Tracer;
-use std::time::Instant;
 
-/// The solutions agree when the root mean square difference of their exitance is no more than this, relative to what
-/// surfaces reflect in the mean: about the smallest difference in brightness that eyes notice.
-pub const EXITANCE_LIMIT: f64 = 0.01;
+/// The solutions agree when the mean difference of their exitance is no more than this, relative to what surfaces reflect
+/// in the mean: the share of the light that lands elsewhere.
+pub const EXITANCE_LIMIT: f64 = 0.005;
+
+/// Kinds of rays that the solutions follow from.
+const OF_SOLUTIONS: [&str; 2] = ["shadow rays", "rays that carry light"];
 
 /// What is done with both tracers.
 #[derive(Clone, Debug)]
@@ -49,25 +55,16 @@ pub struct CompareOptions {
     pub solve: SolveOptions,
     /// Segments made by rule, about.
     pub rays: usize,
-    /// Times the segments of the solves are traced to see how long it takes.
+    /// Times some of the segments of the solutions are traced to see how long it takes.
     pub repeats: u32,
+    /// Times the scene is solved and rendered with each to see how long it takes.
+    pub solves: u32,
     /// What both render.
     pub camera: Camera,
     /// How.
     pub render: RenderOptions,
     /// Square metres in one local unit of area.
     pub square_meters: f64,
-}
-
-/// How long it took; of two numbers the first is for the native tracer.
-#[derive(Clone, Debug, Default)]
-pub struct Speed {
-    /// Shadow rays a second of one thread, one number a repeat.
-    pub rays_per_second: [Vec<f64>; 2],
-    /// Wall-clock seconds to solve.
-    pub solve_seconds: [f64; 2],
-    /// Wall-clock seconds to render.
-    pub render_seconds: [f64; 2],
 }
 
 /// The answer.
@@ -81,7 +78,7 @@ pub struct Comparison {
     pub exitance: ExitanceDifference,
     /// Pictures.
     pub picture: PictureDifference,
-    /// Times.
+    /// Times and memory.
     pub speed: Speed,
 }
 
@@ -94,12 +91,20 @@ impl Comparison {
     /// Whether the light is the same but for what rounding may bring about.
     pub fn light_agrees(&self) -> bool {
         // What is not a number does not agree.
-        self.exitance.relative_rms() <= EXITANCE_LIMIT
+        self.exitance.relative(self.exitance.mean) <= EXITANCE_LIMIT
+    }
+
+    /// Whether the links are the same, or a ray of the solutions was answered differently: nothing else may make them
+    /// differ.
+    pub fn links_are_explained(&self) -> bool {
+        let is_of_solution = |tally: &&Tally| OF_SOLUTIONS.contains(&tally.name.as_str());
+        let mut tallies = self.rays.tallies.iter().filter(is_of_solution);
+        self.links.are_same() || tallies.any(|tally| tally.differing > 0 || tally.renamed > 0)
     }
 
     /// Whether the tracers agree.
     pub fn agrees(&self) -> bool {
-        self.rays_agree() && self.light_agrees()
+        self.rays_agree() && self.light_agrees() && self.links_are_explained()
     }
 }
 
@@ -110,44 +115,43 @@ pub fn compare(
     options: &CompareOptions,
     progress: &dyn Progress,
 ) -> (Comparison, [Picture; 2]) {
-    let (segments, rays) = (KeptPackets::default(), KeptPackets::default());
-    let solutions = tracers.map(|tracer| {
-        let recorder = Recorder { tracer, segments: &segments, rays: &rays };
-        radiosity::solve(hierarchy, &recorder, &options.solve, options.square_meters, progress)
+    // First, while little memory was freed that would be used again.
+    let mut speed = Speed::of_solving(hierarchy, tracers, options, progress);
+    let referee = Referee::new(&hierarchy.mesh);
+    let [shadow_rays, light_rays, no_segments, camera_rays] =
+        [OF_SOLUTIONS[0], OF_SOLUTIONS[1], "", "camera rays"].map(Account::new);
+    let (sample, none) = (Sample::default(), Sample::default());
+    let solutions = [0, 1].map(|side| {
+        let (segments, rays, sample) = (&shadow_rays, &light_rays, &sample);
+        let witness = Witness { tracers, side, referee: &referee, segments, rays, sample };
+        radiosity::solve(hierarchy, &witness, &options.solve, options.square_meters, progress)
     });
-    let [native, other] = &solutions;
-    let mut speed = Speed {
-        solve_seconds: solutions.each_ref().map(|solution| solution.refine_seconds + solution.solve_seconds),
-        ..Speed::default()
-    };
-    let camera_rays = KeptPackets::default();
     let pictures = [0, 1].map(|side| {
-        let start = Instant::now();
-        let recorder = Recorder { tracer: tracers[side], segments: &segments, rays: &camera_rays };
+        let (segments, rays, sample) = (&no_segments, &camera_rays, &none);
+        let witness = Witness { tracers, side, referee: &referee, segments, rays, sample };
         let (camera, solution) = (&options.camera, &solutions[side]);
-        let picture = image::render(hierarchy, &recorder, solution, camera, options.render, progress);
-        speed.render_seconds[side] = start.elapsed().as_secs_f64();
-        picture
+        image::render(hierarchy, &witness, solution, camera, options.render, progress)
     });
-    let shadow_rays = Batch { name: "shadow rays", packets: segments.into_packets() };
+    speed.solution_bytes =
+        solutions.each_ref().map(|solution| solution.links.bytes() + solution.elements_bytes());
+
     progress.start("race", options.repeats.into());
+    let packets = sample.into_packets();
+    speed.timed_rays = packets.iter().map(|packet| packet.segments.len() as u64).sum();
     speed.rays_per_second =
-        rays_per_second(tracers, &shadow_rays, options.repeats, &|done| progress.advance(done));
+        rays_per_second(tracers, &packets, options.repeats, &|done| progress.advance(done));
     progress.finish();
 
-    let first_hits = [
-        Batch { name: "rays that carry light", packets: rays.into_packets() },
-        Batch { name: "camera rays", packets: camera_rays.into_packets() },
-    ];
-    let mut batches = vec![shadow_rays];
-    batches.extend(made_batches(&hierarchy.mesh, options.rays));
-    let packets = batches.iter().map(|batch| batch.packets.len());
-    let packets = packets.chain(first_hits.iter().map(|batch| batch.packets.len()));
-    progress.start("compare", packets.sum::<usize>() as u64);
-    let (referee, advance) = (Referee::new(&hierarchy.mesh), |done| progress.advance(done));
-    let mut rays = compare_rays(&referee, tracers, &batches, &advance);
-    rays.extend(compare_rays(&referee, tracers, &first_hits, &advance));
+    let batches = made_batches(&hierarchy.mesh, options.rays);
+    let count = batches.iter().map(|batch| batch.packets.len()).sum::<usize>();
+    progress.start("compare", count as u64);
+    let mut rays = RayComparison::default();
+    shadow_rays.settle(&mut rays);
+    rays.extend(compare_rays(&referee, tracers, &batches, &|done| progress.advance(done)));
+    light_rays.settle(&mut rays);
+    camera_rays.settle(&mut rays);
     progress.finish();
+    let [native, other] = &solutions;
     let comparison = Comparison {
         rays,
         links: NamedLinks::of(hierarchy, native).compare(&NamedLinks::of(hierarchy, other)),

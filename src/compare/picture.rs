@@ -13,8 +13,8 @@ pub struct PictureDifference {
     pub rmse: f64,
     /// The largest difference of a channel.
     pub max: f64,
-    /// The pixel it is at: column and row, from 0 at the top left.
-    pub worst: [u32; 2],
+    /// The pixel it is at: column and row, from 0 at the top left; none when there is no difference.
+    pub worst: Option<[u32; 2]>,
     /// Mean FLIP of the tone-mapped pictures: 0 when they look the same, 1 at most.
     pub flip: f64,
 }
@@ -31,7 +31,7 @@ impl PictureDifference {
                 squares += difference * difference;
                 if difference > found.max {
                     found.max = difference;
-                    found.worst = [index % first.width, index / first.width];
+                    found.worst = Some([index % first.width, index / first.width]);
                 }
             }
         }
@@ -64,8 +64,9 @@ mod tests {
         let mut second = first.clone();
         second.pixels[4][1] = 5.0;
         let found = PictureDifference::between([&first, &second]);
-        assert_eq!((found.mean, found.max, found.worst), (2.0, 3.0, [1, 1]));
+        assert_eq!((found.mean, found.max, found.worst), (2.0, 3.0, Some([1, 1])));
         assert!((found.rmse - (9.0f64 / 18.0).sqrt()).abs() < 1e-12 && found.relative(found.max) == 1.5);
+        assert_eq!(PictureDifference::between([&first, &first]).worst, None, "there is no such place");
         assert!(found.flip > 0.0 && PictureDifference::between([&first, &first]).flip == 0.0, "{found:?}");
         assert_eq!(difference_picture([&first, &second], 2.0).pixels[4], [0.0, 6.0, 0.0]);
     }

@@ -1,265 +1,197 @@
 //! Rays through both tracers, and every disagreement to the referee.
 
-use super::hard::{FAMILIES, far_segments, random_segments, segments};
-use super::referee::{Referee, Ruling, Standing, tolerance_for, tolerance_for_ray};
-use crate::tracer::{Candidates, FilterAudit, NO_FACET, PACKET, Ray, Segment, TraceMesh, Tracer};
+use super::hard::{FAMILIES, Numbers, far_segments, random_segments, segments};
+use super::referee::{Referee, Ruling, tolerance_for, tolerance_for_ray};
+use super::tally::{Disagreement, Question, RayComparison, Tally, Worst, candidates, kept};
+use crate::tracer::{
+    Candidates, FilterAudit, Hit, Interval, NO_FACET, PACKET, Ray, Segment, TraceMesh, Tracer,
+};
 use rayon::prelude::*;
-use serde::Serialize;
-
-/// Disagreements of each kind of rays that are kept with their places, at most: the worst.
-const WORST: usize = 20;
 
 /// Fixes the segments that are made by rule.
 const SEED: u64 = 0x11_6874;
 
-/// Segments or rays of one kind, in the packets in which they are cast.
-pub struct Batch<T> {
+/// Longest run of facets in a list of candidates made by rule.
+const LONGEST_RUN: usize = 16;
+
+/// Segments of one kind, in the packets in which they are cast.
+pub struct Batch {
     /// What kind.
     pub name: &'static str,
     /// Up to [`PACKET`] each.
-    pub packets: Vec<Vec<T>>,
+    pub packets: Vec<Vec<Segment>>,
+    /// The facets that may block; `None` for the whole scene.
+    pub within: Option<Vec<Interval>>,
 }
 
-/// What a tracer is asked.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Question {
-    /// What blocks it?
-    Segment(Segment),
-    /// What does it meet first?
-    Ray(Ray),
+/// What two tracers said of one question, and the referee of that.
+pub type Judged = ([u32; 2], [Ruling; 2]);
+
+/// The referee on what two tracers say of a packet of segments: what blocks each.
+pub(super) fn judged_segments<'a>(
+    packet: &'a [Segment],
+    within: Candidates<'a>,
+    [native, other]: [&'a [u32]; 2],
+    referee: &'a Referee<'_>,
+) -> impl Iterator<Item = (Question, Judged)> + 'a {
+    let answers = native.iter().zip(other).map(|(&a, &b)| [a, b]);
+    packet.iter().zip(answers).map(move |(segment, answers)| {
+        let rulings = referee.rule(segment, answers, within, tolerance_for(segment));
+        (Question::Segment(*segment), (answers, rulings))
+    })
 }
 
-/// What two tracers are asked in packets.
-pub trait Ask: Copy + Sync {
-    /// What each says: what blocks, or is met first, or [`NO_FACET`]; and the referee on that.
-    fn ask(packet: &[Self], tracers: [&dyn Tracer; 2], referee: &Referee<'_>)
-    -> Vec<([u32; 2], [Ruling; 2])>;
-
-    /// One of a packet.
-    fn question(self) -> Question;
+/// The referee on what two tracers say of a packet of rays: what each meets first.
+pub(super) fn judged_rays<'a>(
+    packet: &'a [Ray],
+    [native, other]: [&'a [Option<Hit>]; 2],
+    referee: &'a Referee<'_>,
+) -> impl Iterator<Item = (Question, Judged)> + 'a {
+    let hits = native.iter().zip(other).map(|(&a, &b)| [a, b]);
+    packet.iter().zip(hits).map(move |(ray, hits)| {
+        let answers = hits.map(|hit| hit.map_or(NO_FACET, |hit| hit.facet));
+        (Question::Ray(*ray), (answers, referee.rule_hits(ray, hits, tolerance_for_ray(ray))))
+    })
 }
 
-impl Ask for Segment {
-    fn ask(
-        packet: &[Segment],
-        tracers: [&dyn Tracer; 2],
-        referee: &Referee<'_>,
-    ) -> Vec<([u32; 2], [Ruling; 2])> {
-        let [native, other] = tracers.map(|tracer| {
-            let mut blockers = vec![NO_FACET; packet.len()];
-            tracer.blockers(packet, Candidates::All, &mut blockers, &mut FilterAudit::default());
-            blockers
-        });
-        let answers = native.into_iter().zip(other).map(|(a, b)| [a, b]);
-        packet
-            .iter()
-            .zip(answers)
-            .map(|(segment, answers)| (answers, referee.rule(segment, answers, tolerance_for(segment))))
-            .collect()
-    }
-
-    fn question(self) -> Question {
-        Question::Segment(self)
-    }
+/// What each tracer says blocks the segments of a packet.
+fn blockers(tracer: &dyn Tracer, packet: &[Segment], within: Candidates<'_>) -> Vec<u32> {
+    let mut blockers = vec![NO_FACET; packet.len()];
+    tracer.blockers(packet, within, &mut blockers, &mut FilterAudit::default());
+    blockers
 }
 
-impl Ask for Ray {
-    fn ask(packet: &[Ray], tracers: [&dyn Tracer; 2], referee: &Referee<'_>) -> Vec<([u32; 2], [Ruling; 2])> {
-        let [native, other] = tracers.map(|tracer| {
-            let mut hits = vec![None; packet.len()];
-            tracer.first_hits(packet, &mut hits);
-            hits
-        });
-        let hits = native.into_iter().zip(other).map(|(a, b)| [a, b]);
-        packet
-            .iter()
-            .zip(hits)
-            .map(|(ray, hits)| {
-                let answers = hits.map(|hit| hit.map_or(NO_FACET, |hit| hit.facet));
-                (answers, referee.rule_hits(ray, hits, tolerance_for_ray(ray)))
-            })
-            .collect()
-    }
-
-    fn question(self) -> Question {
-        Question::Ray(self)
-    }
-}
-
-/// What came of one kind of rays; of two numbers the first is for the native tracer.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Tally {
-    /// What kind.
-    pub name: String,
-    /// Rays traced.
-    pub traced: u64,
-    /// Those that the native tracer says are blocked, or meet something.
-    pub blocked: u64,
-    /// Those on which the two disagree whether they are blocked, or what they meet first.
-    pub differing: u64,
-    /// Answers that are not the referee's, but within the tolerance.
-    pub tolerance: [u64; 2],
-    /// Answers that are not the referee's, on segments in the plane of a facet.
-    pub edge_on: [u64; 2],
-    /// All other answers that are not the referee's.
-    pub wrong: [u64; 2],
-}
-
-/// An answer that is not the referee's.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Disagreement {
-    /// The kind of ray.
-    pub kind: String,
-    /// What was asked.
-    pub question: Question,
-    /// What each says blocks it, or is met first; [`NO_FACET`] when nothing is.
-    pub answers: [u32; 2],
-    /// What the referee says of that.
-    pub rulings: [Ruling; 2],
-}
-
-impl Disagreement {
-    /// The worse of the two standings, and how far that answer is off.
-    pub fn severity(&self) -> (Standing, f64) {
-        let severities = self.rulings.map(|ruling| (ruling.standing, ruling.distance));
-        let [a, b] = severities;
-        if (b.0, b.1) > (a.0, a.1) { b } else { a }
-    }
-}
-
-/// Both tracers on many rays.
-#[derive(Clone, Debug, Default)]
-pub struct RayComparison {
-    /// By kind.
-    pub tallies: Vec<Tally>,
-    /// The worst first.
-    pub worst: Vec<Disagreement>,
-}
-
-impl RayComparison {
-    /// Takes over what was found of other rays.
-    pub fn extend(&mut self, other: RayComparison) {
-        self.tallies.extend(other.tallies);
-        self.worst.extend(other.worst);
-        sort(&mut self.worst);
-    }
-
-    /// The sum over all kinds.
-    pub fn total(&self) -> Tally {
-        let mut total = Tally { name: "all".to_owned(), ..Tally::default() };
-        self.tallies.iter().for_each(|tally| total.add(tally));
-        total
-    }
-}
-
-impl Tally {
-    fn add(&mut self, other: &Tally) {
-        self.traced += other.traced;
-        self.blocked += other.blocked;
-        self.differing += other.differing;
-        for side in 0..2 {
-            self.tolerance[side] += other.tolerance[side];
-            self.edge_on[side] += other.edge_on[side];
-            self.wrong[side] += other.wrong[side];
+/// Asks both the same question `times` at once, up to [`PACKET`]: a packet of one is traced in another way than one
+/// of several. `within` has no say for rays. The answers to the first.
+pub fn ask(
+    question: Question,
+    within: Candidates<'_>,
+    times: usize,
+    tracers: [&dyn Tracer; 2],
+    referee: &Referee<'_>,
+) -> Judged {
+    let first = match question {
+        Question::Segment(segment) => {
+            let packet = vec![segment; times];
+            let [native, other] = tracers.map(|tracer| blockers(tracer, &packet, within));
+            judged_segments(&packet[..1], within, [&native, &other], referee).next()
         }
-    }
-
-    fn count(&mut self, question: Question, answers: [u32; 2], rulings: &[Ruling; 2]) {
-        let is_met = answers.map(|facet| facet != NO_FACET);
-        let differ = match question {
-            // Which of several blockers is named is up to the tracer.
-            Question::Segment(_) => is_met[0] != is_met[1],
-            Question::Ray(_) => answers[0] != answers[1],
-        };
-        self.traced += 1;
-        self.blocked += u64::from(is_met[0]);
-        self.differing += u64::from(differ);
-        for (side, ruling) in rulings.iter().enumerate() {
-            match ruling.standing {
-                Standing::Right => {}
-                Standing::Tolerance => self.tolerance[side] += 1,
-                Standing::EdgeOn => self.edge_on[side] += 1,
-                Standing::Wrong => self.wrong[side] += 1,
-            }
+        Question::Ray(ray) => {
+            let packet = vec![ray; times];
+            let [native, other] = tracers.map(|tracer| {
+                let mut hits = vec![None; times];
+                tracer.first_hits(&packet, &mut hits);
+                hits
+            });
+            judged_rays(&packet[..1], [&native, &other], referee).next()
         }
-    }
+    };
+    first.map_or(([NO_FACET; 2], [Ruling::RIGHT; 2]), |(_, judged)| judged)
 }
 
-/// About `count` segments made by rule, the same for the same mesh: half of them random, an eighth from far away,
-/// the others hard to decide.
-pub fn made_batches(mesh: &TraceMesh, count: usize) -> Vec<Batch<Segment>> {
-    let batch = |name, segments: Vec<Segment>| Batch {
+/// About `count` segments made by rule, the same for the same mesh: half of them random, and half of those within
+/// lists of candidates; an eighth from far away, the others hard to decide.
+pub fn made_batches(mesh: &TraceMesh, count: usize) -> Vec<Batch> {
+    let batch = |name, segments: &[Segment], within| Batch {
         name,
         packets: segments.chunks(PACKET).map(<[Segment]>::to_vec).collect(),
+        within,
     };
-    let hard = (count - count / 2 - count / 8).div_ceil(FAMILIES.len());
+    let random = random_segments(count / 2, SEED);
+    let (whole, listed) = random.split_at(random.len() / 2);
+    let (some, others) = listed.split_at(listed.len() / 2);
+    let [list, rest] = lists(mesh.first_triangle.len().saturating_sub(1));
     let mut batches = vec![
-        batch("random", random_segments(count / 2, SEED)),
-        batch("from far away", far_segments(count / 8, SEED + 1)),
+        batch("random", whole, None),
+        batch("random, among some candidates", some, Some(list)),
+        batch("random, among all others", others, Some(rest)),
+        batch("from far away", &far_segments(count / 8, SEED + 1), None),
     ];
+    let hard = (count - count / 2 - count / 8).div_ceil(FAMILIES.len());
     for (family, seed) in FAMILIES.into_iter().zip(SEED + 2..) {
-        let Batch { name, packets } = batch(family.name(), segments(mesh, family, hard, seed));
+        let Batch { name, packets, within } = batch(family.name(), &segments(mesh, family, hard, seed), None);
         // Those that differ in a distance or an angle go together.
         match batches.iter_mut().find(|batch| batch.name == name) {
             Some(batch) => batch.packets.extend(packets),
-            None => batches.push(Batch { name, packets }),
+            None => batches.push(Batch { name, packets, within }),
         }
     }
     batches
 }
 
-/// Traces everything with both tracers against the whole scene; the same answer for any number of threads.
-pub fn compare_rays<T: Ask>(
+/// Two lists that have every facet between them, in runs of all lengths.
+fn lists(facets: usize) -> [Vec<Interval>; 2] {
+    let (mut numbers, mut lists) = (Numbers(SEED), [Vec::new(), Vec::new()]);
+    let (mut start, mut which) = (0, 0);
+    while start < facets {
+        let end = (start + 1 + numbers.below(LONGEST_RUN)).min(facets);
+        lists[which].push(Interval { start: start as u32, end: end as u32 });
+        (start, which) = (end, 1 - which);
+    }
+    lists
+}
+
+/// Traces everything with both tracers; the same answer for any number of threads.
+pub fn compare_rays(
     referee: &Referee<'_>,
     tracers: [&dyn Tracer; 2],
-    batches: &[Batch<T>],
+    batches: &[Batch],
     advance: &(dyn Fn(u64) + Sync),
 ) -> RayComparison {
     let mut found = RayComparison::default();
     for batch in batches {
+        let within = candidates(&batch.within);
         let parts: Vec<(Tally, Vec<Disagreement>)> = batch
             .packets
             .par_chunks(64)
             .map(|packets| {
-                let (mut tally, mut disagreements) = (Tally::default(), Vec::new());
+                let (mut tally, mut worst) = (Tally::default(), Worst::default());
                 for packet in packets {
-                    for (asked, (answers, rulings)) in packet.iter().zip(T::ask(packet, tracers, referee)) {
-                        let question = asked.question();
-                        tally.count(question, answers, &rulings);
-                        if rulings != [Ruling::RIGHT; 2] {
-                            let kind = batch.name.to_owned();
-                            disagreements.push(Disagreement { kind, question, answers, rulings });
-                        }
+                    let [native, other] = tracers.map(|tracer| blockers(tracer, packet, within));
+                    for judged in judged_segments(packet, within, [&native, &other], referee) {
+                        note(&mut tally, &mut worst, batch.name, within, judged);
                     }
                 }
-                keep_worst(&mut disagreements);
                 advance(packets.len() as u64);
-                (tally, disagreements)
+                (tally, worst.into_inner())
             })
             .collect();
         let mut tally = Tally { name: batch.name.to_owned(), ..Tally::default() };
-        let mut worst = Vec::new();
+        let mut worst = Worst::default();
         for (part, disagreements) in parts {
             tally.add(&part);
-            worst.extend(disagreements);
+            disagreements.into_iter().for_each(|disagreement| worst.add(disagreement));
         }
-        keep_worst(&mut worst);
-        found.worst.extend(worst);
-        found.tallies.push(tally);
+        found.push(tally, worst);
     }
-    sort(&mut found.worst);
     found
 }
 
-fn keep_worst(disagreements: &mut Vec<Disagreement>) {
-    sort(disagreements);
-    disagreements.truncate(WORST);
+/// Counts one answer, and keeps it if it is among the worst.
+pub(super) fn note(
+    tally: &mut Tally,
+    worst: &mut Worst,
+    kind: &str,
+    within: Candidates<'_>,
+    (question, (answers, rulings)): (Question, Judged),
+) {
+    tally.count(question, answers, &rulings);
+    if rulings != [Ruling::RIGHT; 2] && worst.has_place_for(&rulings) {
+        worst.add(Disagreement { kind: kind.to_owned(), question, within: kept(within), answers, rulings });
+    }
 }
 
-/// The worst first; stable, so that the order does not depend on the threads.
-fn sort(disagreements: &mut [Disagreement]) {
-    disagreements.sort_by(|a, b| {
-        let (a, b) = (a.severity(), b.severity());
-        b.0.cmp(&a.0).then(b.1.total_cmp(&a.1))
-    });
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_lists_have_every_facet_once() {
+        for facets in [0, 1, 7, 1000] {
+            let lists = lists(facets);
+            let [some, others] = lists.each_ref().map(|list| Candidates::Only(list));
+            assert!((0..facets as u32).all(|facet| some.contains(facet) != others.contains(facet)));
+            assert!(facets < 1000 || lists.iter().all(|list| list.len() > 20), "{lists:?}");
+        }
+    }
 }

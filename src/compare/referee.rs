@@ -3,7 +3,7 @@
 
 use super::distance::{distance_between, distance_from_plane, distance_to_change, is_edge_on};
 use crate::hierarchy::TOLERANCE;
-use crate::tracer::{BruteTracer, Hit, NO_FACET, Ray, Segment, TraceMesh, Tracer};
+use crate::tracer::{BruteTracer, Candidates, Hit, NO_FACET, Ray, Segment, TraceMesh, Tracer};
 use glam::DVec3;
 use serde::Serialize;
 
@@ -74,25 +74,41 @@ impl<'a> Referee<'a> {
         Referee { mesh, judge: BruteTracer::new(mesh) }
     }
 
-    /// Every facet that blocks a segment, ascending.
-    pub fn blockers(&self, segment: &Segment) -> Vec<u32> {
-        self.judge.all_blockers(segment)
+    /// Every facet of these that blocks a segment, ascending.
+    pub fn blockers(&self, segment: &Segment, within: Candidates<'_>) -> Vec<u32> {
+        let mut found = self.judge.all_blockers(segment);
+        found.retain(|&facet| within.contains(facet));
+        found
     }
 
-    /// Judges what two tracers say blocks a segment: a facet or [`NO_FACET`]. `tolerance` is a local length.
+    /// Judges what two tracers say blocks a segment: a facet or [`NO_FACET`]; they were asked about the facets `within`.
+    /// `tolerance` is a local length.
     ///
     /// A facet that is named has to block. Where both say that the segment is clear nobody is asked.
-    pub fn rule(&self, segment: &Segment, answers: [u32; 2], tolerance: f64) -> [Ruling; 2] {
-        let confirmed = answers.map(|facet| facet != NO_FACET && self.judge.is_blocked_by(segment, facet));
-        if answers == [NO_FACET; 2] || confirmed == [true; 2] {
+    pub fn rule(
+        &self,
+        segment: &Segment,
+        answers: [u32; 2],
+        within: Candidates<'_>,
+        tolerance: f64,
+    ) -> [Ruling; 2] {
+        if answers == [NO_FACET; 2] {
             return [Ruling::RIGHT; 2];
         }
+        let may_block = |facet: u32| within.contains(facet) && !segment.skip.contains(&facet);
+        let confirmed = answers
+            .map(|facet| facet != NO_FACET && may_block(facet) && self.judge.is_blocked_by(segment, facet));
+        if confirmed == [true; 2] {
+            return [Ruling::RIGHT; 2];
+        }
+        let named =
+            answers.into_iter().zip(confirmed).find_map(|(facet, is_right)| is_right.then_some(facet));
         let mut missed = None;
         [0, 1].map(|side| match answers[side] {
             _ if confirmed[side] => Ruling::RIGHT,
-            NO_FACET => *missed.get_or_insert_with(|| self.missed(segment, answers, confirmed, tolerance)),
-            // By the id rule no distance excuses it.
-            facet if segment.skip.contains(&facet) => Ruling {
+            NO_FACET => *missed.get_or_insert_with(|| self.missed(segment, named, within, tolerance)),
+            // By the id rule and the candidate rule no distance excuses it.
+            facet if !may_block(facet) => Ruling {
                 standing: Standing::Wrong,
                 distance: segment.from.distance(segment.to).into(),
                 facet,
@@ -158,16 +174,20 @@ impl<'a> Referee<'a> {
         }
     }
 
-    /// The ruling on "clear" where another tracer names a facet.
-    fn missed(&self, segment: &Segment, answers: [u32; 2], confirmed: [bool; 2], tolerance: f64) -> Ruling {
-        let named =
-            answers.into_iter().zip(confirmed).find_map(|(facet, is_right)| is_right.then_some(facet));
+    /// The ruling on "clear"; `named` is a facet that the other tracer says blocks and that does.
+    fn missed(
+        &self,
+        segment: &Segment,
+        named: Option<u32>,
+        within: Candidates<'_>,
+        tolerance: f64,
+    ) -> Ruling {
         let by_named = named.map(|facet| self.off(segment, facet, tolerance));
         match by_named {
             Some(ruling) if ruling.standing == Standing::Wrong => ruling,
             // It was missed with everything else that blocks.
             _ => self
-                .blockers(segment)
+                .blockers(segment, within)
                 .into_iter()
                 .map(|facet| self.off(segment, facet, tolerance))
                 .max_by(|a, b| a.standing.cmp(&b.standing).then(a.distance.total_cmp(&b.distance)))
@@ -193,6 +213,7 @@ impl<'a> Referee<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tracer::Interval;
     use glam::Vec3;
 
     /// Two squares of side 2 across the z axis, at z = 0 and z = 1.
@@ -215,14 +236,30 @@ mod tests {
     }
 
     fn standings(segment: Segment, answers: [u32; 2]) -> [Standing; 2] {
+        within(segment, answers, Candidates::All)
+    }
+
+    fn within(segment: Segment, answers: [u32; 2], list: Candidates<'_>) -> [Standing; 2] {
         let mesh = squares();
-        Referee::new(&mesh).rule(&segment, answers, tolerance_for(&segment)).map(|ruling| ruling.standing)
+        let rulings = Referee::new(&mesh).rule(&segment, answers, list, tolerance_for(&segment));
+        rulings.map(|ruling| ruling.standing)
     }
 
     #[test]
     fn any_facet_that_blocks_may_be_named() {
         assert_eq!(standings(along_z(0.5, -1.0, 2.0), [0, 1]), [Standing::Right; 2]);
         assert_eq!(standings(along_z(1.5, -1.0, 2.0), [NO_FACET; 2]), [Standing::Right; 2]);
+    }
+
+    #[test]
+    fn what_is_no_candidate_does_not_block() {
+        let (through, first) = (along_z(0.5, -1.0, 2.0), [Interval { start: 0, end: 1 }]);
+        let list = Candidates::Only(&first);
+        assert_eq!(within(through, [0, NO_FACET], list), [Standing::Right, Standing::Wrong]);
+        assert_eq!(within(through, [1, 0], list), [Standing::Wrong, Standing::Right]);
+        let second_only = along_z(0.5, 0.5, 2.0);
+        assert_eq!(within(second_only, [1, NO_FACET], list), [Standing::Wrong, Standing::Right]);
+        assert_eq!(standings(second_only, [1, NO_FACET]), [Standing::Right, Standing::Wrong]);
     }
 
     #[test]
@@ -249,7 +286,7 @@ mod tests {
         mesh.positions[5].x = 3.0;
         mesh.positions[6].x = 3.0;
         let segment = along_z(0.999_999, -1.0, 2.0);
-        let [left, right] = Referee::new(&mesh).rule(&segment, [0, NO_FACET], TOLERANCE);
+        let [left, right] = Referee::new(&mesh).rule(&segment, [0, NO_FACET], Candidates::All, TOLERANCE);
         assert_eq!((left, right.standing, right.facet), (Ruling::RIGHT, Standing::Wrong, 1));
     }
 
@@ -274,7 +311,7 @@ mod tests {
         let standing = |tilt: f32, above: f32| {
             let (middle, along) = (Vec3::new(-2e-5, 0.0, 0.5 + above), Vec3::new(0.0, 0.4, 0.4 * tilt));
             let segment = Segment { from: middle - along, to: middle + along, skip: [NO_FACET; 2] };
-            Referee::new(&mesh).rule(&segment, [2, NO_FACET], TOLERANCE)[0].standing
+            Referee::new(&mesh).rule(&segment, [2, NO_FACET], Candidates::All, TOLERANCE)[0].standing
         };
         assert_eq!(standing(5e-3, 0.0), Standing::EdgeOn);
         assert_eq!(standing(5e-3, 1e-5), Standing::Wrong, "it passes above");

@@ -1,12 +1,13 @@
 //! Files of rays to be traced again, one by one.
 //!
-//! The first line names the format and its version, the second the geometry; then a line for each ray, in local
-//! coordinates: `segment` with both ends, the facets they lie on (`-` for none) and the kind, or `ray` with origin,
-//! direction and the kind. `#` begins a comment.
+//! The first line names the format and its version, the second the geometry, the third how many rays there are and the
+//! checksum of all that follows; then a line for each ray, in local coordinates: `segment` with both ends, the facets they
+//! lie on (`-` for none), the facets that may block (`-` for all) and the kind, or `ray` with origin, direction and the
+//! kind. `#` begins a comment.
 
-use super::rays::{Disagreement, Question};
+use super::tally::{Disagreement, Question};
 use crate::image::write::{FillError, OutputError, write_atomically};
-use crate::tracer::{NO_FACET, Ray, Segment, TraceMesh};
+use crate::tracer::{Interval, NO_FACET, Ray, Segment, TraceMesh};
 use glam::Vec3;
 use std::fmt::Write;
 use std::fs::File;
@@ -17,9 +18,9 @@ use std::path::{Path, PathBuf};
 const HEADING: &str = "lightshaft replay";
 
 /// Of the format.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
-/// Largest file that is read, bytes: a hundred thousand rays.
+/// Largest file that is written and read, bytes: a hundred thousand rays, or fewer with long lists of candidates.
 const MOST_BYTES: u64 = 16 << 20;
 
 /// A ray of a file.
@@ -29,6 +30,8 @@ pub struct Replayed {
     pub kind: String,
     /// What was asked.
     pub question: Question,
+    /// The facets that may block; `None` for the whole scene.
+    pub within: Option<Vec<Interval>>,
 }
 
 /// What is wrong with a replay file; displays as one line `path:line: …`.
@@ -69,6 +72,14 @@ pub enum ReplayError {
         /// Its version.
         found: String,
     },
+    /// The file is not as it was written.
+    #[error("{}: cut off or changed since it was written: {message}; record it again", path.display())]
+    NotAsWritten {
+        /// The file.
+        path: PathBuf,
+        /// How that is known.
+        message: String,
+    },
     /// The file belongs to another scene.
     #[error(
         "{}: recorded on other geometry ({found}, and the scene's is {wanted}): another scene, a scene that has \
@@ -90,7 +101,8 @@ fn fingerprint(mesh: &TraceMesh) -> String {
     format!("{:016x}", mesh.fingerprint())
 }
 
-/// Writes disagreements to `path`, whole or not at all; `explain` says for people what each is about.
+/// Writes disagreements to `path`, whole or not at all; `explain` says for people what each is about. The worst first:
+/// what would make the file larger than one that is read is left away.
 ///
 /// # Errors
 /// When the folder is missing or not writable or the disk is full.
@@ -100,38 +112,94 @@ pub fn write_replay(
     disagreements: &[Disagreement],
     explain: &dyn Fn(&Disagreement) -> String,
 ) -> Result<(), OutputError> {
-    let mut text = format!("{HEADING} {VERSION}\ngeometry {}\n", fingerprint(mesh));
-    text += "# segment: from x y z, to x y z, facets at the two ends, kind; ray: origin x y z, direction x y z, kind\n";
+    let mut body = String::from(
+        "# segment: from x y z, to x y z, facets at the two ends, facets that may block, kind\n\
+         # ray: origin x y z, direction x y z, kind\n",
+    );
+    let mut count = 0;
     for disagreement in disagreements {
-        // Writing to a string cannot fail. Numbers are as short as they can be and still read back the same.
-        let _ = writeln!(text, "# {}", explain(disagreement));
-        let numbers = |points: [Vec3; 2]| {
-            let words = points.iter().flat_map(|p| p.to_array()).map(|x| format!("{x:e}"));
-            words.collect::<Vec<_>>().join(" ")
-        };
-        let _ = match disagreement.question {
-            Question::Segment(Segment { from, to, skip }) => {
-                let [a, b] = skip.map(|f| if f == NO_FACET { "-".to_owned() } else { f.to_string() });
-                writeln!(text, "segment {} {a} {b} {}", numbers([from, to]), disagreement.kind)
-            }
-            Question::Ray(Ray { origin, direction }) => {
-                writeln!(text, "ray {} {}", numbers([origin, direction]), disagreement.kind)
-            }
+        let lines = format!("# {}\n{}\n", explain(disagreement), line_of(disagreement));
+        // Less the head, which is short.
+        if body.len() + lines.len() + 1000 > MOST_BYTES as usize {
+            break;
+        }
+        body += &lines;
+        count += 1;
+    }
+    let sum = crc32fast::hash(body.as_bytes());
+    let head = format!("{HEADING} {VERSION}\ngeometry {}\nrays {count} crc32 {sum:08x}\n", fingerprint(mesh));
+    write_atomically(path, |file| {
+        file.write_all(head.as_bytes())?;
+        file.write_all(body.as_bytes()).map_err(FillError::Io)
+    })
+}
+
+/// Numbers are as short as they can be and still read back the same.
+fn line_of(disagreement: &Disagreement) -> String {
+    let numbers = |points: [Vec3; 2]| {
+        let words = points.iter().flat_map(|p| p.to_array()).map(|x| format!("{x:e}"));
+        words.collect::<Vec<_>>().join(" ")
+    };
+    let kind = &disagreement.kind;
+    match disagreement.question {
+        Question::Segment(Segment { from, to, skip }) => {
+            let [a, b] = skip.map(|f| if f == NO_FACET { "-".to_owned() } else { f.to_string() });
+            format!("segment {} {a} {b} {} {kind}", numbers([from, to]), list_of(&disagreement.within))
+        }
+        Question::Ray(Ray { origin, direction }) => format!("ray {} {kind}", numbers([origin, direction])),
+    }
+}
+
+/// One word: `-` for the whole scene, or facets such as `3-7,9`.
+fn list_of(within: &Option<Vec<Interval>>) -> String {
+    let Some(list) = within else { return "-".to_owned() };
+    let mut text = String::new();
+    for interval in list {
+        let comma = if text.is_empty() { "" } else { "," };
+        let last = interval.end - 1;
+        // Writing to a string cannot fail.
+        let _ = match interval.start == last {
+            true => write!(text, "{comma}{last}"),
+            false => write!(text, "{comma}{}-{last}", interval.start),
         };
     }
-    write_atomically(path, |file| file.write_all(text.as_bytes()).map_err(FillError::Io))
+    if text.is_empty() { NOBODY.to_owned() } else { text }
+}
+
+/// The word for a list that is empty.
+const NOBODY: &str = "none";
+
+/// The list that a word of [`list_of`] stands for; there are so many facets.
+fn read_list(word: &str, facets: u32) -> Option<Option<Vec<Interval>>> {
+    match word {
+        "-" => return Some(None),
+        NOBODY => return Some(Some(Vec::new())),
+        _ => {}
+    }
+    let mut list: Vec<Interval> = Vec::new();
+    for part in word.split(',') {
+        let (first, last) = part.split_once('-').unwrap_or((part, part));
+        let (start, last): (u32, u32) = (first.parse().ok()?, last.parse().ok()?);
+        let after = list.last().map_or(0, |before| before.end);
+        if start < after || last < start || last >= facets {
+            return None;
+        }
+        list.push(Interval { start, end: last + 1 });
+    }
+    Some(Some(list))
 }
 
 /// A file of rays that was read and found to be one, of this version.
 #[derive(Debug)]
 pub struct ReplayFile {
     path: PathBuf,
-    text: String,
+    /// All below the head.
+    body: String,
     geometry: String,
 }
 
-/// Lines before the first ray.
-const HEAD: usize = 2;
+/// Lines before what the checksum is of.
+const HEAD: usize = 3;
 
 impl ReplayFile {
     /// Reads a file and looks at its head.
@@ -156,8 +224,27 @@ impl ReplayFile {
         if version != VERSION.to_string() {
             return Err(ReplayError::OtherVersion { path: owned(), found: shown(&version) });
         }
-        let geometry = expect(HEAD, "geometry", "…")?;
-        Ok(ReplayFile { path: owned(), text, geometry })
+        let geometry = expect(2, "geometry", "…")?;
+        let announced = expect(HEAD, "rays", "… crc32 …")?;
+        let body = text.splitn(HEAD + 1, '\n').nth(HEAD).unwrap_or_default();
+        let count = rays_of(body, 1).count();
+        let message = match announced
+            .split_once(" crc32 ")
+            .and_then(|(rays, sum)| Some((rays.parse::<usize>().ok()?, sum)))
+        {
+            None => Some(format!("'rays {}' says neither how many nor their checksum", shown(&announced))),
+            Some((rays, _)) if rays != count => {
+                Some(format!("{rays} rays were written, and {count} are there"))
+            }
+            Some((_, sum)) if sum != format!("{:08x}", crc32fast::hash(body.as_bytes())) => {
+                Some("the checksum is another one".to_owned())
+            }
+            Some(_) => None,
+        };
+        match message {
+            Some(message) => Err(ReplayError::NotAsWritten { path: owned(), message }),
+            None => Ok(ReplayFile { path: owned(), body: body.to_owned(), geometry }),
+        }
     }
 
     /// Its rays, if it was written for this mesh.
@@ -169,13 +256,17 @@ impl ReplayFile {
         if self.geometry != wanted {
             return Err(ReplayError::OtherGeometry { path: path(), found: shown(&self.geometry), wanted });
         }
-        let lines = (1..).zip(self.text.lines().map(str::trim)).skip(HEAD);
-        let rays = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
-        rays.map(|(line, text)| {
-            parse(text, mesh).map_err(|message| ReplayError::Malformed { path: path(), line, message })
-        })
-        .collect()
+        rays_of(&self.body, HEAD + 1)
+            .map(|(line, text)| {
+                parse(text, mesh).map_err(|message| ReplayError::Malformed { path: path(), line, message })
+            })
+            .collect()
     }
+}
+
+/// The lines that are neither empty nor comments, with their numbers, of which the first is that of the text.
+fn rays_of(text: &str, first: usize) -> impl Iterator<Item = (usize, &str)> {
+    (first..).zip(text.lines().map(str::trim)).filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
 }
 
 /// The text of a file, if it is not too large.
@@ -212,13 +303,23 @@ fn parse(line: &str, mesh: &TraceMesh) -> Result<Replayed, String> {
         Ok(facet) if facet < facets => Ok(facet),
         _ => Err(format!("'{}' is no facet; there are {facets}, and '-' is none", shown(word))),
     };
-    let (question, kind) = match (*what, rest) {
-        ("segment", [first, second, kind @ ..]) => {
+    let (question, within, kind) = match (*what, rest) {
+        ("segment", [first, second, list, kind @ ..]) => {
             let skip = [facet(first)?, facet(second)?];
-            (Question::Segment(Segment { from: points[0], to: points[1], skip }), kind)
+            let within = read_list(list, facets).ok_or_else(|| {
+                format!(
+                    "'{}' is no list of facets, such as 3-7,9; there are {facets}, and '-' is all",
+                    shown(list)
+                )
+            })?;
+            (Question::Segment(Segment { from: points[0], to: points[1], skip }), within, kind)
         }
-        ("segment", _) => return Err("the facets at the ends are missing; '-' is none".to_owned()),
-        ("ray", kind) => (Question::Ray(Ray { origin: points[0], direction: points[1] }), kind),
+        ("segment", _) => {
+            return Err(
+                "the facets at the ends and those that may block are missing; '-' is none and all".to_owned()
+            );
+        }
+        ("ray", kind) => (Question::Ray(Ray { origin: points[0], direction: points[1] }), None, kind),
         _ => return Err(format!("'{}' is neither 'segment' nor 'ray'", shown(what))),
     };
     if kind.is_empty() {
@@ -228,7 +329,7 @@ fn parse(line: &str, mesh: &TraceMesh) -> Result<Replayed, String> {
     if kind.contains(char::is_control) {
         return Err(format!("the kind of ray has control characters: '{}'", shown(&kind)));
     }
-    Ok(Replayed { kind, question })
+    Ok(Replayed { kind, question, within })
 }
 
 /// Text from a file as a message shows it.
@@ -237,117 +338,4 @@ fn shown(text: &str) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::referee::Ruling;
-    use super::*;
-    use crate::compare::random_segments;
-
-    fn mesh() -> TraceMesh {
-        TraceMesh {
-            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
-            triangles: vec![[0, 1, 2]],
-            first_triangle: vec![0, 1],
-            facet_of_triangle: vec![0],
-        }
-    }
-
-    fn disagreements() -> Vec<Disagreement> {
-        let of = |mut segment: Segment, index: usize| {
-            if index == 7 {
-                segment.skip = [0, NO_FACET];
-                segment.from = Vec3::new(-0.0, 1e-42, f32::MAX);
-            }
-            let ray = Ray { origin: segment.from, direction: segment.to };
-            let question = if index == 3 { Question::Ray(ray) } else { Question::Segment(segment) };
-            let kind = "close beside edges".to_owned();
-            Disagreement { kind, question, answers: [0, NO_FACET], rulings: [Ruling::RIGHT; 2] }
-        };
-        random_segments(50, 3).into_iter().zip(0..).map(|(segment, index)| of(segment, index)).collect()
-    }
-
-    /// What the reader makes of a file with this content.
-    fn read(content: impl AsRef<[u8]>) -> Result<Vec<Replayed>, ReplayError> {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let path = folder.path().join("a.replay");
-        std::fs::write(&path, content).expect("written");
-        ReplayFile::open(&path)?.rays(&mesh())
-    }
-
-    fn written() -> String {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let path = folder.path().join("a.replay");
-        write_replay(&path, &mesh(), &disagreements(), &|_| "why".to_owned()).expect("written");
-        std::fs::read_to_string(path).expect("readable")
-    }
-
-    #[test]
-    fn rays_read_back_to_the_last_bit() {
-        let bits = |question: &Question| match question {
-            Question::Segment(s) => ([s.from, s.to].map(|p| p.to_array().map(f32::to_bits)), s.skip),
-            Question::Ray(r) => ([r.origin, r.direction].map(|p| p.to_array().map(f32::to_bits)), [8; 2]),
-        };
-        let read = read(written()).expect("a replay file");
-        assert_eq!(read.len(), 50);
-        for (read, written) in read.iter().zip(disagreements()) {
-            assert_eq!(bits(&read.question), bits(&written.question));
-            assert_eq!(read.kind, written.kind);
-        }
-    }
-
-    #[test]
-    fn other_geometry_and_other_versions_are_refused() {
-        let mut moved = mesh();
-        moved.positions[1].x += 1e-6;
-        assert_ne!(fingerprint(&moved), fingerprint(&mesh()));
-        let text = written().replace(&fingerprint(&mesh()), &fingerprint(&moved));
-        assert!(matches!(read(text), Err(ReplayError::OtherGeometry { .. })));
-        let text = written().replace("lightshaft replay 1", "lightshaft replay 2");
-        let error = read(text).expect_err("another version");
-        assert!(matches!(error, ReplayError::OtherVersion { .. }), "{error}");
-        assert!(error.to_string().contains("version 2"), "{error}");
-    }
-
-    #[test]
-    fn what_is_no_file_of_this_size_is_refused() {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let error = ReplayFile::open(folder.path()).expect_err("a folder");
-        assert!(error.to_string().contains("not a regular file"), "{error}");
-        let path = folder.path().join("large.replay");
-        std::fs::write(&path, written()).expect("written");
-        let file = File::options().write(true).open(&path).expect("our own file");
-        file.set_len(MOST_BYTES).expect("a file with a hole");
-        assert!(ReplayFile::open(&path).is_ok(), "as large as can be");
-        file.set_len(MOST_BYTES + 1).expect("a file with a hole");
-        let error = ReplayFile::open(&path).expect_err("too large");
-        assert!(matches!(error, ReplayError::TooLarge { .. }), "{error}");
-    }
-
-    #[test]
-    fn the_line_that_is_no_ray_is_named() {
-        let head = format!("lightshaft replay 1\ngeometry {}\n\n# why\n", fingerprint(&mesh()));
-        assert_eq!(read(&head).expect("no rays"), []);
-        for (bad, part) in [
-            ("segment 0 0 0 1 1", "5 numbers"),
-            ("segment 0 0 0 1 1 1 -", "facets"),
-            ("segment 0 0 0 1 1 one - - random", "'one' is no finite number"),
-            ("ray 0 0 0 1 1 inf random", "'inf' is no finite number"),
-            ("segment 0 0 0 1 1 1 1 - random", "'1' is no facet"),
-            ("segment 0 0 0 1 1 1 - -1 random", "'-1' is no facet"),
-            ("segment 0 0 0 1 1 1 - -", "kind"),
-            ("ray 0 0 0 1 1 1", "kind"),
-            ("ray 0 0 0 1 1 1 \u{1b}[31mred", "control characters: '\\u{1b}[31mred'"),
-            ("line 0 0 0 1 1 1 random", "'line' is neither"),
-        ] {
-            let error = read(format!("{head}segment 0 0 0 1 1 1 0 - random\n{bad}\n")).expect_err(bad);
-            assert!(matches!(error, ReplayError::Malformed { line: 6, .. }), "{error}");
-            assert!(error.to_string().contains(part), "{error}");
-        }
-        for (bad, at) in
-            [("", 1), ("v 0 0 0", 1), ("lightshaft replay 1", 2), ("lightshaft replay 1\nx\n", 2)]
-        {
-            let error = read(bad).expect_err(bad);
-            assert!(matches!(error, ReplayError::Malformed { line, .. } if line == at), "{error}");
-        }
-        assert!(matches!(read([0xff, 0xfe, 0]), Err(ReplayError::Malformed { line: 1, .. })));
-    }
-}
+mod tests;

@@ -1,8 +1,56 @@
-//! Rays a second of both tracers on the same segments.
+//! How fast both tracers are at the same work, and how much memory it takes.
 
-use super::rays::Batch;
-use crate::tracer::{Candidates, FilterAudit, NO_FACET, PACKET, Segment, Tracer};
+use super::CompareOptions;
+use super::sample::Sampled;
+use crate::hierarchy::Hierarchy;
+use crate::image;
+use crate::memory::Rise;
+use crate::progress::Progress;
+use crate::radiosity;
+use crate::tracer::{FilterAudit, NO_FACET, PACKET, Tracer};
 use std::time::Instant;
+
+/// How long it took, and what memory; of two numbers the first is for the native tracer.
+#[derive(Clone, Debug, Default)]
+pub struct Speed {
+    /// Shadow rays that were timed, a sample.
+    pub timed_rays: u64,
+    /// Shadow rays a second of one thread, one number a repeat.
+    pub rays_per_second: [Vec<f64>; 2],
+    /// Wall-clock seconds to solve, one number each time.
+    pub solve_seconds: [Vec<f64>; 2],
+    /// Wall-clock seconds to render, one number each time.
+    pub render_seconds: [Vec<f64>; 2],
+    /// How far resident memory rose while solving, at most.
+    pub solving_bytes: [u64; 2],
+    /// What links and elements take.
+    pub solution_bytes: [u64; 2],
+}
+
+impl Speed {
+    /// Solves and renders with both tracers, in turns.
+    pub(super) fn of_solving(
+        hierarchy: &Hierarchy,
+        tracers: [&dyn Tracer; 2],
+        options: &CompareOptions,
+        progress: &dyn Progress,
+    ) -> Speed {
+        let (mut speed, rise) = (Speed::default(), Rise::begin());
+        for side in (0..options.solves).flat_map(turn) {
+            rise.again();
+            let start = Instant::now();
+            let square_meters = options.square_meters;
+            let solution =
+                radiosity::solve(hierarchy, tracers[side], &options.solve, square_meters, progress);
+            speed.solve_seconds[side].push(start.elapsed().as_secs_f64());
+            speed.solving_bytes[side] = speed.solving_bytes[side].max(rise.bytes());
+            let start = Instant::now();
+            image::render(hierarchy, tracers[side], &solution, &options.camera, options.render, progress);
+            speed.render_seconds[side].push(start.elapsed().as_secs_f64());
+        }
+        speed
+    }
+}
 
 /// Segments that are timed in a turn, about; all of them several times when there are fewer.
 const TIMED: usize = 1 << 18;
@@ -10,24 +58,20 @@ const TIMED: usize = 1 << 18;
 /// Rays a second of one thread, one number a repeat; the tracers take turns, and so does who begins.
 pub fn rays_per_second(
     tracers: [&dyn Tracer; 2],
-    batch: &Batch<Segment>,
+    packets: &[Sampled],
     repeats: u32,
     advance: &dyn Fn(u64),
 ) -> [Vec<f64>; 2] {
     let mut rates = [Vec::new(), Vec::new()];
-    let all: usize = batch.packets.iter().map(Vec::len).sum();
-    if all == 0 {
+    let count: usize = packets.iter().map(|packet| packet.segments.len()).sum();
+    if count == 0 {
         return rates;
     }
-    let step = (all / TIMED).max(1);
-    let packets: Vec<&[Segment]> = batch.packets.iter().step_by(step).map(Vec::as_slice).collect();
-    let count: usize = packets.iter().map(|packet| packet.len()).sum();
     let rounds = TIMED.div_ceil(count);
     // The first turn of each warms up.
     for repeat in 0..=repeats {
-        let order = if repeat % 2 == 0 { [0, 1] } else { [1, 0] };
-        for side in order {
-            let seconds = seconds_of(tracers[side], &packets, rounds);
+        for side in turn(repeat) {
+            let seconds = seconds_of(tracers[side], packets, rounds);
             if repeat > 0 {
                 rates[side].push((rounds * count) as f64 / seconds.max(f64::MIN_POSITIVE));
             }
@@ -37,12 +81,17 @@ pub fn rays_per_second(
     rates
 }
 
-fn seconds_of(tracer: &dyn Tracer, packets: &[&[Segment]], rounds: usize) -> f64 {
+/// Who goes first and who second: now one, now the other.
+fn turn(repeat: u32) -> [usize; 2] {
+    if repeat.is_multiple_of(2) { [0, 1] } else { [1, 0] }
+}
+
+fn seconds_of(tracer: &dyn Tracer, packets: &[Sampled], rounds: usize) -> f64 {
     let mut blockers = [NO_FACET; PACKET];
     let start = Instant::now();
     for packet in (0..rounds).flat_map(|_| packets) {
-        let blockers = &mut blockers[..packet.len()];
-        tracer.blockers(packet, Candidates::All, blockers, &mut FilterAudit::default());
+        let blockers = &mut blockers[..packet.segments.len()];
+        tracer.blockers(&packet.segments, packet.candidates(), blockers, &mut FilterAudit::default());
         std::hint::black_box(blockers);
     }
     start.elapsed().as_secs_f64()

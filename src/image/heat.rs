@@ -1,11 +1,13 @@
 //! Heat maps: leaf elements coloured by what their visibility cost, or by the links that light them.
 
 use super::descent::handed_down;
+use super::tone::srgb_from_linear;
 use crate::hierarchy::Hierarchy;
 use crate::radiosity::{LinkClass, Solution};
 use glam::Vec3;
 use plotters::style::RGBColor;
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
+use std::fmt;
 
 /// Part of what is seen that lies beyond the colours, at either end: a sliver must not spoil the scale.
 const BEYOND: f64 = 0.01;
@@ -133,8 +135,8 @@ impl HeatMap {
         if self.is_logarithmic() { low * (high / low).powf(place) } else { low + (high - low) * place }
     }
 
-    /// What the colours mean: some lines for people.
-    pub fn legend(&self) -> String {
+    /// What the colours stand for.
+    pub fn legend(&self) -> Legend {
         let what = match self.kind {
             Heat::Cost => "visibility tests, rays/m² of receiver",
             Heat::Links => "links over which an element is lit",
@@ -145,25 +147,47 @@ impl HeatMap {
         };
         if self.kind == Heat::Class {
             let rows = CLASSES.iter().zip(self.shares);
-            let lines = rows
-                .map(|((class, name, _), share)| format!("  {name:<8}{:5.1} %  {class}\n", 100.0 * share));
-            return format!("{what}\n{}", lines.collect::<String>());
+            let entries = rows.map(|((class, name, colour), share)| {
+                (srgb_bytes_of(*colour), format!("{name:<8}{:5.1} %  {class}", 100.0 * share))
+            });
+            return Legend { title: what.to_owned(), entries: entries.collect() };
         }
         let scale = if self.is_logarithmic() { "logarithmic" } else { "linear" };
-        let mut text =
-            format!("{what}: {} to {}; {scale} scale\n", rounded(self.range[0]), rounded(self.range[1]));
-        for (step, name) in STEPS.iter().enumerate() {
-            let figure = rounded(self.figure_at(step as f64 / (STEPS.len() - 1) as f64));
+        let title =
+            format!("{what}: {} to {}; {scale} scale", rounded(self.range[0]), rounded(self.range[1]));
+        let entry = |(step, name): (usize, &&str)| {
+            let place = step as f64 / (STEPS.len() - 1) as f64;
             let beyond = match step {
                 _ if self.kind == Heat::Partial => "",
                 0 => " or less",
                 _ if step + 1 == STEPS.len() => " or more",
                 _ => "",
             };
-            text += &format!("  {name:<12}{figure}{beyond}\n");
-        }
-        text
+            let figure = rounded(self.figure_at(place));
+            (srgb_bytes_of(viridis(place)), format!("{name:<12}{figure}{beyond}"))
+        };
+        Legend { title, entries: STEPS.iter().enumerate().map(entry).collect() }
     }
+}
+
+/// What the colours of a heat map stand for; as text, some lines for people.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Legend {
+    /// What is shown.
+    pub title: String,
+    /// Colours, sRGB, each with its name and what it stands for.
+    pub entries: Vec<([u8; 3], String)>,
+}
+
+impl fmt::Display for Legend {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}", self.title)?;
+        self.entries.iter().try_for_each(|(_, words)| writeln!(f, "  {words}"))
+    }
+}
+
+fn srgb_bytes_of(linear: Vec3) -> [u8; 3] {
+    linear.to_array().map(|value| (255.0 * srgb_from_linear(value)).round() as u8)
 }
 
 /// Three digits.
@@ -353,7 +377,14 @@ mod tests {
                 assert!((map.place(map.figure_at(place)) - place).abs() < 1e-9);
             }
         }
-        assert!(wide.legend().contains("logarithmic") && narrow.legend().contains("linear"));
+        assert!(wide.legend().title.contains("logarithmic") && narrow.legend().title.contains("linear"));
+        let (legend, text) = (wide.legend(), wide.legend().to_string());
+        assert_eq!(
+            (legend.entries[0].0, legend.entries[4].0),
+            ([68, 1, 84], [254, 232, 37]),
+            "the ends of viridis"
+        );
+        assert_eq!(text.lines().count(), 6, "{text}");
         assert_eq!(map([7.0, 7.0]).place(7.0), 0.5);
         assert!(map([0.0, 0.0]).place(0.0).is_finite());
     }

@@ -16,7 +16,7 @@ pub mod video;
 pub mod write;
 
 pub use exposure::shared_exposure;
-pub use heat::{Heat, HeatMap};
+pub use heat::{Heat, HeatMap, Legend};
 pub use layers::{LayerMaker, Layers, NOTHING};
 pub use render::{RenderOptions, Renderer, View, render};
 pub use seen::seen;

@@ -37,6 +37,12 @@ pub enum OutputError {
         /// The output as given.
         path: PathBuf,
     },
+    /// A symbolic link stands there, and what it leads to does not.
+    #[error("{}: a symbolic link to a file that does not exist; remove it or make that file", path.display())]
+    DanglingLink {
+        /// The output as given.
+        path: PathBuf,
+    },
     /// The file exists and is read-only.
     #[error("{}: exists and is read-only", path.display())]
     ReadOnly {
@@ -121,9 +127,12 @@ pub fn check_destination(path: &Path) -> Result<(), OutputError> {
             return Err(OutputError::ReadOnly { path: path.to_owned() });
         }
         Ok(found) if found.is_file() => {}
-        // A link to nothing is no file either.
-        Err(error) if error.kind() == io::ErrorKind::NotFound && !path.is_symlink() => {}
-        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(io(error)),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            if path.is_symlink() {
+                return Err(OutputError::DanglingLink { path: path.to_owned() });
+            }
+        }
+        Err(error) => return Err(io(error)),
         _ => return Err(OutputError::NotAFile { path: path.to_owned() }),
     }
     if path.file_name().is_none() {
@@ -357,7 +366,7 @@ mod tests {
             tone::srgb_bytes(&gradient(), Some(2.0))
         );
         std::os::unix::fs::symlink("nothing", at("dangling.png")).expect("link");
-        assert!(matches!(check_output(&at("dangling.png")), Err(OutputError::NotAFile { .. })));
+        assert!(matches!(check_output(&at("dangling.png")), Err(OutputError::DanglingLink { .. })));
     }
 
     #[cfg(unix)]

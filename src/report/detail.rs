@@ -122,6 +122,13 @@ impl RunDetail {
         Some(RunDetail { steps: by_step(times, median.tested()), ..median })
     }
 
+    /// The step that takes the most time, and its share; none where nothing was timed.
+    pub(super) fn largest_step(&self) -> Option<(&'static str, f64)> {
+        let all: f64 = self.steps.iter().map(|step| step.seconds).sum();
+        let most = self.steps.iter().max_by(|a, b| a.seconds.total_cmp(&b.seconds))?;
+        (all > 0.0).then_some((most.name, most.seconds / all))
+    }
+
     /// Seconds in visibility tests.
     fn tested(&self) -> f64 {
         self.answers.iter().map(|row| row.seconds).sum()

@@ -10,7 +10,6 @@ pub mod html;
 pub mod json;
 mod labels;
 mod look;
-pub mod memory;
 pub mod plot;
 pub mod profile;
 pub mod setup;

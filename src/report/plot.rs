@@ -100,7 +100,9 @@ pub(super) fn profile(found: &Profile, title: String) -> Plot<'static> {
         (at, rays)
     };
     let curve = |(name, look): (String, Look)| {
-        let points = found.runs.iter().filter(|run| run.kind() == name).map(point).collect();
+        // One that lost all light has no error.
+        let runs = found.runs.iter().filter(|run| run.kind() == name && run.has_light());
+        let points = runs.map(point).collect();
         Curve { name, look, points }
     };
     let curves = found.kinds().into_iter().map(curve).collect();

@@ -25,8 +25,10 @@ pub struct Profile {
     pub threads: usize,
     /// How often each run was made; times are medians.
     pub repeats: u32,
-    /// In the order in which they were made. The first is the aim: its errors are those that others have to reach.
+    /// In the order in which they were made.
     pub runs: Vec<ProfiledRun>,
+    /// Index of the aim, a run of the first strategy and tracer: its errors are those that others have to reach.
+    pub aim: usize,
     /// Index of the run that ratios of time are to: `sampled` with 16 rays, or else the first.
     pub yardstick: usize,
 }
@@ -56,8 +58,12 @@ pub struct ProfiledRun {
     pub links: u64,
     /// Of all pairs that refinement ended at, stored or not, the share whose class is proved.
     pub certified_share: f64,
-    /// Largest resident memory during the run, bytes.
-    pub peak_rss_bytes: u64,
+    /// How far resident memory was during the run, at most of the repeats, above that before the first run, bytes.
+    pub solving_bytes: u64,
+    /// How far resident memory rose when the tracer was built, bytes.
+    pub tracer_bytes: u64,
+    /// What links and elements take, bytes.
+    pub solution_bytes: u64,
     /// Visibility of links against many rays.
     pub visibility_error: VisibilityError,
     /// Irradiance against the reference, if there is one.
@@ -102,7 +108,7 @@ type Error = (&'static str, fn(&ProfiledRun) -> Option<f64>);
 const SAME: f64 = 1e-3;
 
 const ERRORS: [Error; 2] = [
-    ("visibility error", |run| Some(run.visibility_error.mean)),
+    ("visibility error", |run| Some(run.visibility_error.mean).filter(|_| run.has_light())),
     ("irradiance error", |run| run.irradiance_error.map(|error| error.rms)),
 ];
 
@@ -115,13 +121,23 @@ impl ProfiledRun {
         }
     }
 
+    /// Whether any light came over links: a run that lost all of it is quick, and no link is wrong.
+    pub(super) fn has_light(&self) -> bool {
+        self.links > 0
+    }
+
+    /// What the run needs besides the scene: its tracer, and what it took while it ran; bytes.
+    pub(super) fn memory_bytes(&self) -> u64 {
+        self.tracer_bytes + self.solving_bytes
+    }
+
     /// Such as `adaptive, embree, 16 rays`.
     pub fn name(&self) -> String {
         format!("{}, {}", self.kind(), counted(self.rays.into(), "ray"))
     }
 }
 
-/// Runs at one error: what others need to be as exact as the aim, the first run.
+/// Runs at one error: what others need to be as exact as the aim.
 pub(super) struct AtEqualError {
     /// The error.
     what: &'static str,
@@ -147,7 +163,7 @@ impl AtEqualError {
 
 impl Profile {
     /// Version of the record; another one where a field has another meaning or is gone.
-    pub const FORMAT: u32 = 1;
+    pub const FORMAT: u32 = 2;
 
     /// Strategies with tracers, in the order in which runs have them, and how each looks in plots and legends: strategies
     /// differ in colour, and what was asked of a second tracer is hollow.
@@ -188,9 +204,38 @@ impl Profile {
         names
     }
 
+    /// The cheapest of all runs that is no further off than the aim, and where its time goes; nothing of fewer than two.
+    pub(super) fn cheapest(&self) -> Option<String> {
+        let aim = self.runs.get(self.aim).filter(|_| self.runs.len() > 1)?;
+        let (error, seconds) = (
+            |run: &ProfiledRun| run.visibility_error.mean,
+            |run: &ProfiledRun| run.visibility_seconds.median,
+        );
+        let is_exact = |run: &&ProfiledRun| run.has_light() && error(run) <= error(aim) * (1.0 + SAME);
+        let reach = self.runs.iter().filter(is_exact);
+        let cheapest = reach.min_by(|a, b| seconds(a).total_cmp(&seconds(b)))?;
+        let against = match std::ptr::eq(cheapest, aim) {
+            true => "which is the aim itself".to_owned(),
+            false => format!(
+                "{:.2} of the time of the aim, {}",
+                seconds(cheapest) / seconds(aim).max(f64::MIN_POSITIVE),
+                aim.name()
+            ),
+        };
+        let step = cheapest.detail.largest_step().map_or_else(String::new, |(name, share)| {
+            format!(" Of that {:.0} % goes to {name}, the largest step.", 100.0 * share)
+        });
+        Some(format!(
+            "Cheapest at equal error: {} with {:.3} s in visibility, {against}, and an error of {:.3} %.{step}",
+            cheapest.name(),
+            seconds(cheapest),
+            100.0 * error(cheapest)
+        ))
+    }
+
     /// For each other strategy and tracer, its cheapest run that is no further off than the aim, by each error.
     pub(super) fn at_equal_error(&self) -> Vec<AtEqualError> {
-        let Some(aim) = self.runs.first() else { return Vec::new() };
+        let Some(aim) = self.runs.get(self.aim) else { return Vec::new() };
         let of = |&(what, error): &Error| {
             let wanted = error(aim)?;
             let others: Vec<String> = self
@@ -237,6 +282,7 @@ mod tests {
             strategy: strategy.to_owned(),
             tracer: "embree".to_owned(),
             rays,
+            links: 1,
             visibility_seconds: Spread { min: seconds, median: seconds, max: seconds },
             visibility_error: VisibilityError { mean: error, ..VisibilityError::default() },
             ..ProfiledRun::default()
@@ -266,6 +312,35 @@ mod tests {
             aim.is_some() && table.contains("yardstick of the ratios: sampled, embree, 16 rays"),
             "{table}"
         );
+    }
+
+    #[test]
+    fn the_cheapest_of_all_comes_first_with_its_largest_step() {
+        let seconds = |name, seconds| Seconds { name, seconds };
+        let steps = vec![seconds("points", 0.5), seconds("rays", 1.5)];
+        let runs = vec![
+            run("adaptive", 4, 1.0, 0.05),
+            run("adaptive", 16, 4.0, 0.02),
+            ProfiledRun { detail: RunDetail { steps, ..RunDetail::default() }, ..run("root", 64, 2.0, 0.02) },
+            run("sampled", 16, 1.0, 0.03),
+        ];
+        let mut profile = Profile { runs, aim: 1, ..Profile::default() };
+        let words = profile.cheapest().expect("several runs");
+        for part in [
+            "root, embree, 64 rays with 2.000 s",
+            "0.50 of the time of the aim, adaptive, embree, 16 rays",
+            "75 % goes to rays",
+        ] {
+            assert!(words.contains(part), "{part} is missing: {words}");
+        }
+        assert!(profile.table().lines().nth(1).is_some_and(|line| line == words), "{}", profile.table());
+        profile.aim = 0;
+        assert!(profile.cheapest().is_some_and(|words| words.contains("which is the aim itself")), "as fast");
+        // A run that lost all light reaches nothing.
+        profile.runs.push(ProfiledRun { links: 0, ..run("sampled", 8, 0.0, 0.0) });
+        assert!(profile.cheapest().is_some_and(|words| words.contains("which is the aim itself")));
+        profile.runs.truncate(1);
+        assert_eq!(profile.cheapest(), None);
     }
 
     #[test]

@@ -11,7 +11,7 @@ use serde::{Deserialize, Deserializer};
 use toml::Spanned;
 
 use super::Camera;
-use super::draft::DEFAULT_GREY;
+use super::draft::{DEFAULT_GREY, shown_name};
 use super::error::{SceneError, quoted};
 use super::pose::{PoseFault, pose_fault};
 use super::statements::{LARGEST_COLOUR, LARGEST_COORDINATE};
@@ -229,7 +229,7 @@ impl TomlFile {
         let span = table.span();
         let table = table.into_inner();
         let name_span = table.name.as_ref().map_or(span.clone(), Spanned::span);
-        let name = table.name.map_or_else(|| format!("camera{number}"), Spanned::into_inner);
+        let name = table.name.map_or_else(|| format!("camera{number}"), |name| shown_name(name.as_ref()));
         if name.is_empty() {
             return self.fault(name_span, "the camera's name is empty; give it one for --camera");
         }
@@ -284,7 +284,7 @@ impl TomlFile {
             return self.fault(span, message);
         }
         Ok(Quad {
-            name: table.name.map_or_else(|| format!("quad{number}"), Spanned::into_inner),
+            name: table.name.map_or_else(|| format!("quad{number}"), |name| shown_name(name.as_ref())),
             corners,
             reflectance: match table.reflectance {
                 Some(rgb) => self.colour(rgb, "reflectance")?,

@@ -140,7 +140,7 @@ pub(super) const LEVELS: usize = 24;
 /// Everything that is kept besides [`VisibilityCounters`](super::VisibilityCounters). All sums.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Detail {
-    /// By [`Step`](super::Step), of one test in eight.
+    /// By [`Step`](super::Step), of one test in sixteen.
     pub steps: StepTimes,
     /// By what settled the pair, in the order of [`Answer::ALL`].
     pub answers: [Effort; Answer::ALL.len()],

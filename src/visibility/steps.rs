@@ -134,7 +134,7 @@ impl AddAssign<&StepTimes> for StepTimes {
 
 /// The steps of one test in so many are timed: a look at the clock costs as much as a few tens of nanoseconds, and a test
 /// of few rays takes no more than a microsecond.
-const TIMED: u64 = 8;
+const TIMED: u64 = 16;
 
 /// Times the steps of one test.
 #[derive(Clone, Copy, Debug)]

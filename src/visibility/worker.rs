@@ -47,9 +47,12 @@ impl Worker {
     }
 
     /// Counts a pair that needed no test; `level` as of [`Tester::level`](super::Tester::level).
+    ///
+    /// Pairs that face away from each other are as quick to refuse as to measure: they are not told apart by size.
     pub fn count_untested(&mut self, answer: Answer, level: impl FnOnce() -> usize) {
         if self.is_detailed {
-            self.detail().count(answer, level(), Effort { pairs: 1, ..Effort::default() });
+            let level = if answer == Answer::Facing { 0 } else { level() };
+            self.detail().count(answer, level, Effort { pairs: 1, ..Effort::default() });
         }
     }
 

@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use crate::run::{Folder, Run, has_embree};
 
-const QUICK: [&str; 6] = ["--quality", "draft", "--rays", "2000", "--repeat", "1"];
+const QUICK: [&str; 8] = ["--quality", "draft", "--rays", "2000", "--repeat", "1", "--solves", "1"];
 
 fn compare(folder: &Folder, options: &[&str]) -> Run {
     folder.run(&[&["compare", "scene.toml", "-q"][..], &QUICK, options].concat())
@@ -26,7 +26,7 @@ fn tracers_that_agree_are_code_0_with_words_before_tables() {
     let at =
         |part: &str| run.stdout.find(part).unwrap_or_else(|| panic!("{part} is missing:\n{}", run.stdout));
     assert!(at("The tracers agree.") < at("shadow rays  "), "{}", run.stdout);
-    for part in ["links", "exitance, root mean square", "picture, largest", "solve (s)", "render (s)"] {
+    for part in ["links", "exitance, mean", "picture, largest", "solve (s)", "memory of solving (MB)"] {
         at(part);
     }
     assert_eq!(folder.names(), ["corner.obj", "scene.toml"]);
@@ -60,11 +60,41 @@ fn every_field_of_the_record_is_documented() {
     for kind in kinds {
         assert!(documented.contains(kind), "docs/compare.md does not explain {kind}");
     }
-    assert_eq!((&value["agree"], &value["format"], &value["repeats"]), (&true.into(), &1.into(), &1.into()));
+    assert_eq!((&value["agree"], &value["format"], &value["repeats"]), (&true.into(), &2.into(), &1.into()));
     assert!(value["setup"]["embree"].as_str().is_some_and(|version| version.starts_with("4.")), "{value}");
     let all = value["rays"].as_array().and_then(|rays| rays.last()).expect("a sum");
     assert_eq!(all["wrong"], serde_json::json!([0, 0]));
     assert!(all["traced"].as_u64() > Some(2000), "{all}");
+    for times in ["solve_seconds", "render_seconds"] {
+        assert!(
+            value[times].as_array().is_some_and(|both| both.iter().all(|t| t["median"].as_f64() > Some(0.0)))
+        );
+    }
+    let solution = value["solution_bytes"].as_array().expect("two numbers");
+    assert!(solution.iter().all(|bytes| bytes.as_u64() > Some(1000)), "{value}");
+}
+
+/// Nothing is left out: what both are asked is all that the solver says it cast in two solutions.
+#[test]
+fn every_shadow_ray_of_both_solutions_is_asked_of_both() {
+    let folder = Folder::with_scene();
+    if !has_embree(&folder) {
+        return;
+    }
+    assert_eq!(compare(&folder, &["--json", "a.json"]).code, 0);
+    let mut cast = 0;
+    for tracer in ["embree", "fallback"] {
+        let options =
+            ["render", "scene.toml", "-q", "--quality", "draft", "-o", "a.png", "--stats", "b.json"];
+        assert_eq!(folder.run(&[&options[..], &["--tracer", tracer]].concat()).code, 0);
+        cast += record(&folder, "b.json")["visibility"]["rays_cast"].as_u64().expect("a number");
+    }
+    let compared = &record(&folder, "a.json")["rays"][0];
+    assert_eq!(
+        (&compared["name"], compared["traced"].as_u64()),
+        (&"shadow rays".into(), Some(cast)),
+        "{compared}"
+    );
 }
 
 #[test]
@@ -109,8 +139,16 @@ fn three_pictures_of_one_size_go_to_a_folder_that_is_made() {
 /// A file of rays for the scene: some of its own, and what is added.
 fn recorded(folder: &Folder, added: &str) -> String {
     assert_eq!(compare(folder, &["--replay-file", "a.replay"]).code, 0);
-    let text = std::fs::read_to_string(folder.path("a.replay")).expect("a replay file");
-    text + added
+    with_added(&std::fs::read_to_string(folder.path("a.replay")).expect("a replay file"), added)
+}
+
+/// With lines more, and a head that fits.
+fn with_added(text: &str, added: &str) -> String {
+    let parts: Vec<&str> = text.splitn(4, '\n').collect();
+    let [version, geometry, _, body] = parts[..] else { panic!("{text}") };
+    let body = body.to_owned() + added;
+    let count = body.lines().filter(|line| !line.starts_with('#')).count();
+    format!("{version}\n{geometry}\nrays {count} crc32 {:08x}\n{body}", crc32fast::hash(body.as_bytes()))
 }
 
 #[test]
@@ -119,20 +157,27 @@ fn recorded_rays_are_traced_again_one_by_one() {
     if !has_embree(&folder) {
         return;
     }
-    let text =
-        recorded(&folder, "segment 0 -0.9 0 0.01 0.9 0 - - by hand\nsegment 0 5 0 0.01 6 0 0 - by hand\n");
+    let text = recorded(
+        &folder,
+        "segment 0 -0.9 0 0.01 0.9 0 - - - by hand\nsegment 0 5 0 0.01 6 0 0 - - by hand\n\
+         segment 0 -0.9 0 0.01 0.9 0 - - none by hand\n",
+    );
     folder.write("b.replay", &text);
     let run = folder.run(&["compare", "scene.toml", "--replay", "b.replay"]);
     assert_eq!(run.code, 0, "{run:?}");
-    let rays = text.lines().skip(2).filter(|line| !line.starts_with('#')).count();
+    let rays = text.lines().skip(3).filter(|line| !line.starts_with('#')).count();
     assert!(run.stdout.contains(&format!("{rays} rays of b.replay")), "{}", run.stdout);
-    let last = run.stdout.split(&format!("\n{}. by hand", rays - 1)).nth(1).expect("the first of the two");
-    let (first, second) = last.split_once("\n\n").expect("two rays");
+    let last = run.stdout.split(&format!("\n{}. by hand", rays - 2)).nth(1).expect("the first of the three");
+    let parts: Vec<&str> = last.split("\n\n").collect();
+    let [first, second, third] = parts[..] else { panic!("{last}") };
     for part in ["embree: facet", "fallback: facet", "referee: facet", "material default", "(right)"] {
         assert!(first.contains(part), "{part} is missing: {first}");
     }
     for part in ["embree: clear (right)", "referee: clear", "an end is on facet 0"] {
         assert!(second.contains(part), "{part} is missing: {second}");
+    }
+    for part in ["embree: clear (right)", "referee: clear", "within 0 candidates"] {
+        assert!(third.contains(part), "{part} is missing: {third}");
     }
 }
 
@@ -142,18 +187,19 @@ fn replay_files_that_do_not_fit_are_code_4_and_say_why() {
     if !has_embree(&folder) {
         return;
     }
-    let text = recorded(&folder, "segment 0 0 0 1 0 0 - - by hand\n");
+    let text = recorded(&folder, "segment 0 0 0 1 0 0 - - - by hand\n");
     let lines = text.lines().count();
     for (name, content, parts) in [
-        ("version.replay", text.replace("replay 1\n", "replay 7\n"), vec!["version 7", "version 1"]),
+        ("version.replay", text.replace("replay 2\n", "replay 7\n"), vec!["version 7", "version 2"]),
+        ("half.replay", text[..text.len() / 2].to_owned(), vec!["cut off or changed"]),
         (
             "line.replay",
-            format!("{text}segment 0 0 zero 1 0 0 - - by hand\n"),
+            with_added(&text, "segment 0 0 zero 1 0 0 - - - by hand\n"),
             vec![&*format!(":{}:", lines + 1), "'zero'"],
         ),
         ("mesh.replay", "v 0 0 0\n".to_owned(), vec![":1:", "lightshaft replay"]),
         ("empty.replay", String::new(), vec![":1:"]),
-        ("kind.replay", format!("{text}ray 0 0 0 1 0 0 by \u{1b}[31mhand\n"), vec!["control characters"]),
+        ("kind.replay", with_added(&text, "ray 0 0 0 1 0 0 by \u{1b}[31mhand\n"), vec!["control characters"]),
     ] {
         folder.write(name, content);
         let parts = [&[name][..], &parts].concat();
@@ -190,6 +236,7 @@ fn options_that_have_no_say_in_a_replay_are_refused() {
     let folder = Folder::with_scene();
     for option in [
         &["--camera", "side"][..],
+        &["--solves", "2"],
         &["--width", "9"],
         &["--height", "9"],
         &["--samples", "2"],
@@ -234,7 +281,9 @@ fn what_cannot_be_done_is_said_before_anything_is_solved() {
     ] {
         compare(&folder, options).expect_error(code, &[part]);
     }
-    for options in [&["--repeat", "0"][..], &["--replay", "a.replay"], &["--pair-rays", "0"]] {
+    for options in
+        [&["--repeat", "0"][..], &["--solves", "0"], &["--replay", "a.replay"], &["--pair-rays", "0"]]
+    {
         let run = compare(&folder, options);
         assert!(run.code == 2 && run.stderr.contains(options[0]), "{run:?}");
     }

@@ -2,8 +2,18 @@
 
 use crate::run::{Folder, SCENE, has_embree};
 
-const PROFILE: [&str; 8] =
-    ["profile", "--quality", "draft", "--repeat", "1", "--tracers", "fallback", "--strategies"];
+const PROFILE: [&str; 10] = [
+    "profile",
+    "--quality",
+    "draft",
+    "--repeat",
+    "1",
+    "--rays",
+    "4",
+    "--tracers",
+    "fallback",
+    "--strategies",
+];
 
 #[test]
 fn a_page_of_a_profile_is_one_file_with_all_runs() {
@@ -36,8 +46,20 @@ fn a_page_of_a_comparison_has_the_pictures_and_what_it_was_made_with() {
     if !has_embree(&folder) {
         return;
     }
-    let options =
-        ["--quality", "draft", "--rays", "2000", "--repeat", "1", "--html", "a.html", "--width", "24"];
+    let options = [
+        "--quality",
+        "draft",
+        "--rays",
+        "2000",
+        "--repeat",
+        "1",
+        "--solves",
+        "1",
+        "--html",
+        "a.html",
+        "--width",
+        "24",
+    ];
     let run = folder.run(&[&["compare", "scene.toml", "-q"][..], &options].concat());
     assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{run:?}");
     let page = std::fs::read_to_string(folder.path("a.html")).expect("a page");

@@ -41,7 +41,8 @@ fn every_run_is_a_row_a_record_and_a_point_of_the_plot() {
     let expected =
         [("adaptive", 4), ("adaptive", 16), ("sampled", 4), ("sampled", 16)].map(|(s, r)| (s, "fallback", r));
     assert_eq!(kinds, expected);
-    assert_eq!((&record["yardstick"], &record["format"]), (&3.into(), &1.into()), "sampled with 16 rays");
+    assert_eq!((&record["yardstick"], &record["format"]), (&3.into(), &2.into()), "sampled with 16 rays");
+    assert_eq!(record["aim"], 0, "the first that was typed");
     assert_eq!(record["setup"]["lightshaft"], env!("CARGO_PKG_VERSION"));
     assert_eq!(record["setup"]["embree"], Value::Null, "it was not used");
     let setting = |name: &str| {
@@ -51,13 +52,13 @@ fn every_run_is_a_row_a_record_and_a_point_of_the_plot() {
     assert_eq!(setting("quality"), Some("draft".into()), "{record}");
     assert_eq!(setting("points"), Some("points.txt".into()), "{record}");
     assert!(["reference", "rays for a point", "materials"].iter().all(|name| setting(name).is_some()));
-    let rows: Vec<&str> = run.stdout.lines().skip(2).take(4).collect();
+    let rows: Vec<&str> = run.stdout.lines().skip(3).take(4).collect();
     for (run, row) in runs.iter().zip(rows) {
         let number = |value: &Value| value.as_f64().filter(|&n| n > 0.0).unwrap_or_else(|| panic!("{run}"));
         let seconds = &run["visibility_seconds"];
         assert!(number(&seconds["min"]) <= number(&seconds["median"]), "{run}");
         assert!(number(&seconds["median"]) <= number(&seconds["max"]), "{run}");
-        for name in ["rays_cast", "pairs_tested", "links", "peak_rss_bytes"] {
+        for name in ["rays_cast", "pairs_tested", "links", "solution_bytes"] {
             number(&run[name]);
         }
         let error = number(&run["irradiance_error"]["rms"]);
@@ -77,6 +78,35 @@ fn every_run_is_a_row_a_record_and_a_point_of_the_plot() {
     assert!(["adaptive", "sampled"].iter().all(|label| plot.contains(label)), "{plot}");
 }
 
+/// Nothing typed is enough to say what is cheapest.
+#[test]
+fn the_default_compares_at_equal_error() {
+    let folder = folder();
+    for (options, strategies, aim, rays) in [
+        (&["--quality", "draft"][..], &["adaptive", "root", "sampled"][..], 0, &[4, 16, 64][..]),
+        (&["--quality", "normal", "--epsilon", "5e-3", "--certify"], &["adaptive", "root"], 1, &[4, 16, 64]),
+        (
+            &["--quality", "high", "--epsilon", "5e-3", "--certify"],
+            &["adaptive", "root"],
+            2,
+            &[4, 16, 32, 64],
+        ),
+    ] {
+        let base = ["profile", "scene.toml", "--repeat", "1", "-q", "--tracers", "fallback", "-o", "p.json"];
+        let run = folder.run(&[&base[..], options].concat());
+        assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{run:?}");
+        let record = record(&folder);
+        let kinds: Vec<_> = record["runs"].as_array().expect("runs").iter().map(kind).collect();
+        let each = strategies.iter().flat_map(|&s| rays.iter().map(move |&rays| (s, "fallback", rays)));
+        assert_eq!((kinds, &record["aim"]), (each.collect(), &aim.into()));
+        let second = run.stdout.lines().nth(1).expect("words");
+        assert!(
+            second.starts_with("Cheapest at equal error: ") && second.contains("the largest step."),
+            "{second}"
+        );
+    }
+}
+
 #[test]
 fn what_is_named_twice_is_made_once_and_so_is_what_asks_no_tracer() {
     let folder = folder();
@@ -92,7 +122,8 @@ fn what_is_named_twice_is_made_once_and_so_is_what_asks_no_tracer() {
     if !has_embree(&folder) {
         return;
     }
-    let options = ["--strategies", "all,root", "--tracers", "auto,embree,fallback", "-o", "p.json"];
+    let options =
+        ["--strategies", "all,root", "--tracers", "auto,embree,fallback", "--rays", "4", "-o", "p.json"];
     let run = folder.run(&[&BASE[..], &options].concat());
     assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{run:?}");
     let wanted = [named("all", "none"), named("root", "embree"), named("root", "fallback")];
@@ -105,7 +136,7 @@ fn both_tracers_find_the_same_links() {
     if !has_embree(&folder) {
         return;
     }
-    let options = ["--strategies", "adaptive", "--tracers", "embree,fallback", "-o", "p.json"];
+    let options = ["--strategies", "adaptive", "--tracers", "embree,fallback", "--rays", "4", "-o", "p.json"];
     let run = folder.run(&[&BASE[..], &options].concat());
     assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{run:?}");
     let record = record(&folder);
@@ -122,6 +153,7 @@ fn what_cannot_be_done_is_said_before_anything_is_solved() {
     let before = folder.names();
     for (options, word) in [
         (&["--strategies", "best"][..], "best"),
+        (&["--strategies", "adaptive,sampled", "--certify"], "--certify"),
         (&["--tracers", "magic"], "magic"),
         (&["--rays", "0"], "--rays"),
         (&["--rays", "16,,4"], "--rays"),
@@ -148,7 +180,8 @@ fn what_cannot_be_done_is_said_before_anything_is_solved() {
 #[test]
 fn where_the_work_went_adds_up() {
     let folder = folder();
-    let options = ["--strategies", "adaptive,shaft", "--tracers", "fallback", "-o", "p.json"];
+    let options =
+        ["--strategies", "adaptive,shaft", "--tracers", "fallback", "--rays", "4,16", "-o", "p.json"];
     let run = folder.run(&[&BASE[..], &options].concat());
     assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{run:?}");
     let record = record(&folder);
@@ -214,7 +247,8 @@ impl Event {
 fn a_trace_has_every_phase_and_the_work_in_it() {
     const THREADS: usize = 2;
     let folder = folder();
-    let options = ["--strategies", "adaptive,sampled", "--tracers", "fallback", "--threads", "2"];
+    let options =
+        ["--strategies", "adaptive,sampled", "--tracers", "fallback", "--rays", "4", "--threads", "2"];
     let run = folder.run(&[&BASE[..], &options, &["-o", "p.json", "--trace", "t.json"]].concat());
     assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{run:?}");
     let trace: Value =

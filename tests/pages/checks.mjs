@@ -39,6 +39,16 @@ export function layout(width) {
     if (value < 4.5) found.push(`letters with a contrast of ${value.toFixed(1)}: ${element.textContent.slice(0, 40)}`);
   }
 
+  // What the colours of a heat map stand for is beside them.
+  for (const scale of document.querySelectorAll("ul.scale")) {
+    const colours = [...scale.querySelectorAll(".swatch")].map(swatch => getComputedStyle(swatch).backgroundColor);
+    if (colours.length < 4) found.push(`a heat map has ${colours.length} colours in its legend`);
+    if (new Set(colours).size < colours.length) found.push("colours of a heat map look alike in its legend");
+  }
+  const maps = [...document.querySelectorAll("figure.picture:not(.wipe)")].filter(figure => figure.closest("section").querySelector("ul.scale"));
+  const scales = document.querySelectorAll("ul.scale").length;
+  if (maps.length !== scales) found.push(`${maps.length} heat maps have ${scales} legends`);
+
   const figures = [...document.querySelectorAll("figure.plot")];
   if (figures.length === 0) found.push("no plots");
   for (const figure of figures) {

@@ -1,8 +1,12 @@
 //! Writes the page of two tracers that disagree, one of which does not see a side of a box: `disagreement PAGE.html`.
 //! `run.py` looks at it; tracers that people have make no such page.
 
+#[path = "../faulty_tracers/mod.rs"]
+mod faulty_tracers;
+
 use std::path::Path;
 
+use faulty_tracers::Blind;
 use lightshaft::compare::{CompareOptions, compare, difference_picture};
 use lightshaft::hierarchy::Hierarchy;
 use lightshaft::image::picture::Picture;
@@ -14,7 +18,7 @@ use lightshaft::radiosity::{Record, SolveOptions};
 use lightshaft::report::compare::CompareReport;
 use lightshaft::report::html::{Shown, write_compare};
 use lightshaft::scene;
-use lightshaft::tracer::{Candidates, FallbackTracer, FilterAudit, Hit, Interval, Ray, Segment, Tracer};
+use lightshaft::tracer::FallbackTracer;
 use lightshaft::visibility::{Strategy, VisibilityOptions};
 
 /// A side of the short box that throws a shadow.
@@ -22,37 +26,6 @@ const BOX_SIDE: u32 = 14;
 
 /// How much brighter the picture of the difference is.
 const GAIN: f32 = 16.0;
-
-/// Does not see one facet.
-struct Blind<'a>(&'a FallbackTracer);
-
-impl Tracer for Blind<'_> {
-    fn name(&self) -> &'static str {
-        "blind"
-    }
-
-    fn blockers(
-        &self,
-        segments: &[Segment],
-        candidates: Candidates<'_>,
-        blockers: &mut [u32],
-        audit: &mut FilterAudit,
-    ) {
-        let everything = [Interval { start: 0, end: u32::MAX }];
-        let seen = match candidates {
-            Candidates::All => &everything,
-            Candidates::Only(list) => list,
-        };
-        let around = |i: &Interval| [(i.start, i.end.min(BOX_SIDE)), (i.start.max(BOX_SIDE + 1), i.end)];
-        let parts = seen.iter().flat_map(around).filter(|(start, end)| start < end);
-        let left: Vec<Interval> = parts.map(|(start, end)| Interval { start, end }).collect();
-        self.0.blockers(segments, Candidates::Only(&left), blockers, audit);
-    }
-
-    fn first_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        self.0.first_hits(rays, hits);
-    }
-}
 
 fn main() {
     let page = std::env::args().nth(1).expect("a page to write");
@@ -71,12 +44,13 @@ fn main() {
         },
         rays: 2000,
         repeats: 1,
+        solves: 1,
         camera: scene::Camera { width: 160, height: 160, ..scene.cameras[0].clone() },
         render: RenderOptions { samples: 1, view: View::Shaded },
         square_meters: 1.0,
     };
     let tracer = FallbackTracer::new(&hierarchy.mesh);
-    let blind = Blind(&tracer);
+    let blind = Blind::to(&tracer, BOX_SIDE);
     let (found, pictures) = compare(&hierarchy, [&tracer, &blind], &options, &Silent);
     let report = CompareReport::new(&scene.name, ["fallback", "blind"], 1, &hierarchy, &found);
     assert!(!report.agree, "one of them is blind");

@@ -46,8 +46,14 @@ const LEGEND_FAULTS = [
   },
 ];
 
+const SCALE_FAULTS = [
+  { name: "heat maps without colours", plant: text => text.replaceAll(/color:#[0-9a-f]{6}/g, "color:#777777"), complaint: "look alike in its legend" },
+  { name: "a heat map without a legend", plant: text => text.replace(/<ul class="legend scale">[\s\S]*?<\/ul>/, ""), complaint: "legends" },
+];
+
 /** Those that can be planted in this page. */
 export function faultsOf(text) {
   const slider = text.includes("figure class=\"picture wipe\"") ? SLIDER_FAULTS : [];
-  return [...FAULTS, ...slider, ...(text.includes("ul class=\"legend\"") ? LEGEND_FAULTS : [])];
+  const scale = text.includes("ul class=\"legend scale\"") ? SCALE_FAULTS : [];
+  return [...FAULTS, ...slider, ...scale, ...(text.includes("ul class=\"legend\"") ? LEGEND_FAULTS : [])];
 }

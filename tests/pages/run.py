@@ -94,10 +94,10 @@ def write_pages(lightshaft, folder):
     """The pages, in the order in which they are looked at."""
     both = ["--tracers", "embree,fallback"]
     kinds = {
-        "compare": ["compare", "--width", "200", "--rays", "20000", "--repeat", "2"],
+        "compare": ["compare", "--width", "200", "--rays", "20000", "--repeat", "2", "--solves", "2"],
         "profile": ["profile", *both, "--rays", "4,16", "--repeat", "2"],
         # As little as there can be, and as much.
-        "profile-one": ["profile", "--strategies", "adaptive", "--repeat", "1"],
+        "profile-one": ["profile", "--strategies", "adaptive", "--rays", "4", "--repeat", "1"],
         "profile-all": ["profile", "--strategies", "all,root,shaft,adaptive,sampled", *both, "--rays", "4,8,16"]
         + ["--repeat", "1", "--plot", folder / "profile-all.svg", *write_points(folder)],
     }

@@ -2,89 +2,12 @@
 //! bug of the culling would stay hidden.
 
 use lightshaft::hierarchy::Interval;
-use lightshaft::tracer::{Candidates, FilterAudit, Hit, Ray, Segment, Tracer};
+use lightshaft::tracer::{Candidates, Tracer};
 use lightshaft::visibility::Strategy;
 
 use crate::embree_or_skip::embree;
+use crate::faulty_tracers::{Blind, without};
 use crate::solving::{Case, rough};
-
-/// A tracer with a fault: nothing ever hits one facet, and nobody is told.
-pub(crate) struct BlindTo<'a> {
-    pub(crate) tracer: &'a dyn Tracer,
-    pub(crate) facet: u32,
-}
-
-impl Tracer for BlindTo<'_> {
-    fn name(&self) -> &'static str {
-        self.tracer.name()
-    }
-
-    fn blockers(
-        &self,
-        segments: &[Segment],
-        candidates: Candidates<'_>,
-        blockers: &mut [u32],
-        _: &mut FilterAudit,
-    ) {
-        let left = without(candidates, self.facet);
-        self.tracer.blockers(segments, Candidates::Only(&left), blockers, &mut FilterAudit::default());
-    }
-
-    fn first_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        self.tracer.first_hits(rays, hits);
-    }
-}
-
-/// A tracer that is handed candidates in which one facet is missing, as if it had been culled.
-struct Miscull<'a> {
-    pub(crate) tracer: &'a dyn Tracer,
-    pub(crate) facet: u32,
-}
-
-impl Tracer for Miscull<'_> {
-    fn name(&self) -> &'static str {
-        self.tracer.name()
-    }
-
-    fn blockers(
-        &self,
-        segments: &[Segment],
-        candidates: Candidates<'_>,
-        blockers: &mut [u32],
-        audit: &mut FilterAudit,
-    ) {
-        match candidates {
-            Candidates::All => self.tracer.blockers(segments, candidates, blockers, audit),
-            Candidates::Only(_) => {
-                let left = without(candidates, self.facet);
-                self.tracer.blockers(segments, Candidates::Only(&left), blockers, audit);
-            }
-        }
-    }
-
-    fn first_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        self.tracer.first_hits(rays, hits);
-    }
-}
-
-/// The candidates, less one facet.
-fn without(candidates: Candidates<'_>, facet: u32) -> Vec<Interval> {
-    let everything = [Interval { start: 0, end: u32::MAX }];
-    let intervals = match candidates {
-        Candidates::All => &everything[..],
-        Candidates::Only(list) => list,
-    };
-    intervals
-        .iter()
-        .flat_map(|i| {
-            [
-                Interval { start: i.start, end: i.end.min(facet) },
-                Interval { start: i.start.max(facet.saturating_add(1)), end: i.end },
-            ]
-        })
-        .filter(|i| i.start < i.end)
-        .collect()
-}
 
 #[test]
 fn one_facet_is_taken_out_of_the_candidates() {
@@ -103,7 +26,7 @@ fn anomalies_of_wrong_culls(case: &Case, tracer: &dyn Tracer, strategy: Strategy
     let facets = 0..case.hierarchy.facets.len() as u32;
     let counts: Vec<u64> = facets
         .map(|facet| {
-            let miscull = Miscull { tracer, facet };
+            let miscull = Blind { tracer, facet, only_in_lists: true };
             case.solve(&miscull, &rough(strategy)).counters.visibility.culling_anomalies
         })
         .collect();

@@ -35,7 +35,8 @@ fn relit(case: &Case, solved: Solution, options: &SolveOptions, reuse: Reuse) ->
 
 /// RMS of exitance relative to what is reflected on average.
 fn difference(case: &Case, truth: &Solution, other: &Solution) -> f64 {
-    ExitanceDifference::between(&case.hierarchy, [truth, other]).relative_rms()
+    let difference = ExitanceDifference::between(&case.hierarchy, [truth, other]);
+    difference.relative(difference.rms)
 }
 
 /// How far a solution is from one that is made with a few more rays: nearer need no other be.

@@ -1,8 +1,8 @@
 //! `all`, `root` and `shaft` find occluders in different ways and give the same links; so does every
 //! strategy on both tracers. A failure means that a picture depends on how visibility was computed.
 
-use crate::culling_audit::BlindTo;
 use crate::embree_or_skip::embree;
+use crate::faulty_tracers::Blind;
 use crate::second_opinion::SecondOpinion;
 use crate::segments::most_frequent_blocker;
 use crate::solving::{Case, OWN_SCENES, STRATEGIES, options, rough};
@@ -100,7 +100,7 @@ fn a_tracer_blind_to_one_facet_is_noticed() {
     let case = Case::load("cornell-box");
     let tracer = case.fallback();
     let right = solved(&case, &tracer, &options(Strategy::Root));
-    let blind = BlindTo { tracer: &tracer, facet: most_frequent_blocker(&case) };
+    let blind = Blind::to(&tracer, most_frequent_blocker(&case));
     for strategy in [Strategy::Root, Strategy::Shaft] {
         let differences = differences(&case, [&right, &solved(&case, &blind, &options(strategy))]);
         println!("blind with {}: {differences}", strategy.name());

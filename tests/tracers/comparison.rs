@@ -6,39 +6,15 @@ use lightshaft::compare::{
     Batch, Disagreement, Question, RayComparison, Referee, Standing, compare_rays, made_batches,
 };
 use lightshaft::tracer::{
-    BruteTracer, Candidates, FallbackTracer, FilterAudit, Hit, Interval, PACKET, Ray, Segment, TraceMesh,
-    Tracer,
+    BruteTracer, Candidates, FallbackTracer, FilterAudit, Hit, PACKET, Ray, Segment, TraceMesh, Tracer,
 };
 
+use crate::faulty_tracers::Blind;
 use crate::meshes::{shell, soup};
 use crate::tracers;
 
-/// Does not see one facet.
-struct Dropping<'a>(&'a dyn Tracer, u32);
-
 /// Traces segments that end beside where they should, those that begin on one side of the origin.
 struct Shifting<'a>(&'a dyn Tracer, Vec3);
-
-impl Tracer for Dropping<'_> {
-    fn name(&self) -> &'static str {
-        self.0.name()
-    }
-
-    fn blockers(
-        &self,
-        segments: &[Segment],
-        _: Candidates<'_>,
-        blockers: &mut [u32],
-        audit: &mut FilterAudit,
-    ) {
-        let left = [Interval { start: 0, end: self.1 }, Interval { start: self.1 + 1, end: u32::MAX }];
-        self.0.blockers(segments, Candidates::Only(&left), blockers, audit);
-    }
-
-    fn first_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        self.0.first_hits(rays, hits);
-    }
-}
 
 impl Tracer for Shifting<'_> {
     fn name(&self) -> &'static str {
@@ -94,7 +70,7 @@ fn a_dropped_facet_is_found_and_named() {
     let mesh = soup(60, 72);
     let tracer = FallbackTracer::new(&mesh);
     for dropped in (0..60).step_by(7) {
-        let found = compared(&mesh, [&tracer, &Dropping(&tracer, dropped)]);
+        let found = compared(&mesh, [&tracer, &Blind::to(&tracer, dropped)]);
         let total = found.total();
         assert!(total.wrong[1] > 0 && total.wrong[0] == 0, "facet {dropped}: {total:?}");
         let [right, wrong] = found.worst[0].rulings;
@@ -142,8 +118,8 @@ fn one_wrong_segment_of_many_is_found() {
     let mut segments = vec![Segment { from: Vec3::splat(5.0), to: Vec3::splat(6.0), ..across }; 10 * PACKET];
     segments[77] = across;
     let packets = segments.chunks(PACKET).map(<[Segment]>::to_vec).collect();
-    let batch = Batch { name: "one", packets };
-    let faulty = Dropping(&tracer, facet);
+    let batch = Batch { name: "one", packets, within: None };
+    let faulty = Blind::to(&tracer, facet);
     let found = compare_rays(&Referee::new(&mesh), [&tracer, &faulty], &[batch], &|_| {});
     assert_eq!((found.total().differing, found.total().wrong), (1, [0, 1]));
     assert_eq!(segment(&found.worst[0]), across);

@@ -3,6 +3,8 @@
 
 #[path = "../embree_or_skip/mod.rs"]
 mod embree_or_skip;
+#[path = "../faulty_tracers/mod.rs"]
+mod faulty_tracers;
 
 mod adversarial;
 mod comparison;

@@ -60,7 +60,7 @@ pub(crate) fn compare_within(
     let mut verdicts = Verdicts { segments: segments.len(), ..Verdicts::default() };
     for ((segment, &got), &expected) in segments.iter().zip(&got).zip(&expected) {
         verdicts.blocked += usize::from(expected != NO_FACET);
-        let [ruling, of_the_judge] = referee.rule(segment, [got, expected], tolerance);
+        let [ruling, of_the_judge] = referee.rule(segment, [got, expected], Candidates::All, tolerance);
         assert_eq!(of_the_judge, Ruling::RIGHT);
         match ruling.standing {
             Standing::Right => {}

@@ -17,6 +17,10 @@ pub(in crate::cli) struct CompareArgs {
     /// Times the rays are timed, 1 to 100, in turns; figures are medians
     #[arg(long, value_name = "N", default_value_t = 9, value_parser = whole(1, 100), allow_negative_numbers = true)]
     pub(in crate::cli) repeat: u32,
+    /// Times the scene is solved and rendered with each to see how long it takes, 1 to 100, in turns; figures are
+    /// medians
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = whole(1, 100), allow_negative_numbers = true)]
+    pub(in crate::cli) solves: u32,
     /// Folder for native.png, fallback.png and difference.png (16 times as bright); made when missing
     #[arg(short, long, value_name = "DIR")]
     pub(in crate::cli) output: Option<PathBuf>,
@@ -56,9 +60,10 @@ pub(in crate::cli) struct CompareArgs {
 }
 
 /// What has no say in how rays are traced again; which sides of surfaces there are has.
-const OF_COMPARING: [&str; 17] = [
+const OF_COMPARING: [&str; 18] = [
     "rays",
     "repeat",
+    "solves",
     "output",
     "replay_file",
     "json",

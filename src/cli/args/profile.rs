@@ -13,20 +13,14 @@ pub(in crate::cli) struct ProfileArgs {
     #[arg(value_name = "SCENE")]
     pub(in crate::cli) scene: PathBuf,
     /// Ways to decide visibility, separated by commas; the first sets the aim, the errors that the others have to
-    /// reach
-    #[arg(
-        long,
-        value_name = "LIST",
-        value_enum,
-        value_delimiter = ',',
-        default_value = "adaptive,root,sampled"
-    )]
+    /// reach [default: adaptive,root,sampled; with --certify adaptive,root]
+    #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',')]
     pub(in crate::cli) strategies: Vec<VisibilityArg>,
     /// What casts the rays, separated by commas; `all` asks none of them, and is made once
     #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',', default_value = "auto")]
     pub(in crate::cli) tracers: Vec<TracerArg>,
     /// Visibility rays for a pair of nodes, 1 to 1024 each, separated by commas; the aim has the first of them
-    /// [default: by --quality]
+    /// [default: 4,16,64 and those of --quality, which the aim has]
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = whole(1, 1024), allow_negative_numbers = true)]
     pub(in crate::cli) rays: Vec<u32>,
     /// Times each run is made, 1 to 100, in turns; times are medians

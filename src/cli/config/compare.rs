@@ -18,6 +18,8 @@ pub(in crate::cli) struct CompareConfig {
     pub(in crate::cli) rays: u32,
     /// Times the rays are timed.
     pub(in crate::cli) repeats: u32,
+    /// Times the scene is solved and rendered to see how long it takes.
+    pub(in crate::cli) solves: u32,
     /// Where pictures go: native, fallback, difference.
     pub(in crate::cli) pictures: Option<Pictures>,
     /// Where the worst rays go.
@@ -71,6 +73,7 @@ impl CompareConfig {
             view,
             rays: typed.rays,
             repeats: typed.repeat,
+            solves: typed.solves,
             pictures,
             replay_file: typed.replay_file,
             replay: typed.replay,

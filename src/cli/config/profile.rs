@@ -10,10 +10,12 @@ use crate::radiosity::Record;
 /// Everything a profile needs to know.
 #[derive(Clone, Debug)]
 pub(in crate::cli) struct ProfileConfig {
-    /// With the first of the settings.
+    /// With the settings of the aim.
     pub(in crate::cli) run: RunConfig,
     pub(in crate::cli) tracers: Vec<TracerArg>,
     pub(in crate::cli) settings: Vec<SolveConfig>,
+    /// Which of the settings the others have to be as exact as.
+    pub(in crate::cli) aim: usize,
     pub(in crate::cli) repeats: u32,
     /// Points, and the reference there.
     pub(in crate::cli) reference: Option<(PathBuf, PathBuf)>,
@@ -37,13 +39,20 @@ impl ProfileConfig {
         let outputs = [&typed.output, &typed.plot, &typed.trace, &typed.html].map(Option::as_ref);
         let inputs = [Some(&typed.scene), typed.points.as_ref(), typed.reference.as_ref()];
         check_distinct(&[&inputs[..], &outputs[..]].concat())?;
-        if typed.exactness.certify && typed.strategies.contains(&VisibilityArg::Sampled) {
+        let certify = typed.exactness.certify;
+        if certify && typed.strategies.contains(&VisibilityArg::Sampled) {
             return usage("--certify needs proofs, and the strategy sampled makes none");
         }
+        let strategies = match typed.strategies.is_empty() {
+            true => STRATEGIES.into_iter().filter(|&s| !(certify && s == VisibilityArg::Sampled)).collect(),
+            false => each_once(typed.strategies),
+        };
         let preset = Preset::of(typed.exactness.quality);
-        let rays = if typed.rays.is_empty() { vec![preset.rays] } else { each_once(typed.rays) };
+        let is_typed = !typed.rays.is_empty();
+        let rays = if is_typed { each_once(typed.rays) } else { rays_with(preset.rays) };
+        let aim = rays.iter().position(|&rays| !is_typed && rays == preset.rays).unwrap_or(0);
         let tracers = each_once(typed.tracers);
-        let settings: Vec<SolveConfig> = each_once(typed.strategies)
+        let settings: Vec<SolveConfig> = strategies
             .iter()
             .flat_map(|&strategy| rays.iter().map(move |&rays| (strategy, rays)))
             .map(|(strategy, rays)| SolveConfig {
@@ -51,7 +60,7 @@ impl ProfileConfig {
                 ..SolveConfig::with(&typed.exactness, &preset, Some(rays), strategy)
             })
             .collect();
-        let Some(first) = settings.first().cloned() else { return usage("--strategies is empty") };
+        let Some(first) = settings.get(aim).cloned() else { return usage("--strategies is empty") };
         // Embree is looked for as the most demanding of the tracers wants it.
         let demanding = [TracerArg::Embree, TracerArg::Auto].into_iter().find(|t| tracers.contains(t));
         let run = RunConfig {
@@ -68,6 +77,7 @@ impl ProfileConfig {
             run,
             tracers,
             settings,
+            aim,
             repeats: typed.repeat,
             reference: typed.points.zip(typed.reference),
             samples: typed.samples,
@@ -77,6 +87,17 @@ impl ProfileConfig {
             html: typed.html,
         })
     }
+}
+
+/// What is compared where nothing is typed.
+const STRATEGIES: [VisibilityArg; 3] = [VisibilityArg::Adaptive, VisibilityArg::Root, VisibilityArg::Sampled];
+
+/// Numbers of rays that are compared where none is typed: so far apart that each strategy comes near to the error of
+/// another, and those of the quality.
+fn rays_with(own: u32) -> Vec<u32> {
+    let mut rays = each_once(vec![4, 16, 64, own]);
+    rays.sort_unstable();
+    rays
 }
 
 /// What is named again is the same: the first counts.

@@ -7,7 +7,8 @@ use maud::{Markup, html};
 use super::super::bars::{Bar, Group};
 use super::super::compare::{CompareReport, DescribedDisagreement};
 use super::super::look::Look;
-use super::super::text::counted;
+use super::super::profile::Spread;
+use super::super::text::{counted, times as times_of};
 use super::figures::{Image, bar_chart, picture, wipe};
 use super::table::{Cell, table};
 use super::{Page, Section};
@@ -58,7 +59,7 @@ pub(super) fn page(report: &CompareReport, shown: Shown) -> Result<Page, String>
             Section { heading: "Rays", body: rays(report)? },
             Section { heading: "Worst answers", body: worst(report) },
             Section { heading: "Links, light and pictures", body: differences(report) },
-            Section { heading: "Speed", body: speed(report)? },
+            Section { heading: "Speed and memory", body: speed(report)? },
         ],
     })
 }
@@ -69,13 +70,12 @@ fn pictures(report: &CompareReport, shown: Shown) -> Markup {
     let names = [native.clone(), other.clone(), format!("difference of {native} and {other}")];
     let [a, b, both] = shown.files;
     let [a, b, both] = [(a, 0), (b, 1), (both, 2)].map(|(png, i)| Image { png, name: names[i].clone() });
+    let at = difference.worst.map_or_else(String::new, |[x, y]| format!(" at pixel {x} {y}"));
     let words = format!(
-        "The difference, {} times as bright. Root mean square {:.4} % of the mean radiance, largest {:.4} % at pixel {} {}; mean FLIP {}.",
+        "The difference, {} times as bright. Root mean square {:.4} % of the mean radiance, largest {:.4} %{at}; mean FLIP {}.",
         shown.gain,
         100.0 * difference.relative(difference.rmse),
         100.0 * difference.relative(difference.max),
-        difference.worst[0],
-        difference.worst[1],
         report.flip()
     );
     html! {
@@ -132,20 +132,21 @@ fn rays(report: &CompareReport) -> Result<Markup, String> {
         @if groups.is_empty() {
             p { "Every answer is the referee's." }
         } @else {
-            (bar_chart("Answers that are not the referee's, in a million rays", &legend(report), &groups)?)
+            (bar_chart("Answers that are not the referee's, per million rays of their kind, and in brackets how many", &legend(report), &groups)?)
         }
         (table("By kind of ray", &heads, &rows, last.as_deref()))
     })
 }
 
 fn worst(report: &CompareReport) -> Markup {
-    let mut heads = vec!["rays".to_owned()];
+    let mut heads = vec!["rays".to_owned(), "candidates".to_owned()];
     for tracer in &report.tracers {
         heads.extend([format!("{tracer} says"), format!("{tracer} is"), "off by".to_owned()]);
     }
     heads.extend(["from", "to"].map(str::to_owned));
     let row = |worst: &DescribedDisagreement| {
-        let mut cells = vec![Cell::words(&worst.kind)];
+        let candidates = worst.candidates.map_or_else(|| Cell::words("all"), Cell::count);
+        let mut cells = vec![Cell::words(&worst.kind), candidates];
         for side in [0, 1] {
             let distance = worst.distances[side];
             cells.extend([
@@ -217,29 +218,44 @@ fn speed(report: &CompareReport) -> Result<Markup, String> {
         let text = format!("{:.2} M", 1e-6 * spread.median);
         Bar { value: spread.median, range: Some((spread.min, spread.max)), text, look: Look::filled(side) }
     };
-    let seconds = |all: [f64; 2]| {
-        move |side: usize| Bar {
-            value: all[side],
-            range: None,
-            text: format!("{:.2} s", all[side]),
-            look: Look::filled(side),
+    let seconds = |all: [Spread; 2]| {
+        move |side: usize| {
+            let Spread { min, median, max } = all[side];
+            let text = format!("{median:.2} s");
+            Bar { value: median, range: Some((min, max)), text, look: Look::filled(side) }
         }
     };
     let rates = [pair("shadow rays a second and thread", &rate)];
     let times =
         [pair("solve", &seconds(report.solve_seconds)), pair("render", &seconds(report.render_seconds))];
-    let is_spread = report.repeats > 1;
+    let is_spread = report.repeats > 1 || report.solves > 1;
     let range = if is_spread { "; the thin line goes from least to most" } else { "" };
-    let (legend, mut heads, mut rows) =
-        (legend(report), heads_of(report, "spread"), read(report.speed_rows()));
+    let megabytes = |all: [u64; 2]| {
+        move |side: usize| {
+            let value = all[side] as f64 / f64::from(1 << 20);
+            Bar { value, range: None, text: format!("{value:.1} MB"), look: Look::filled(side) }
+        }
+    };
+    let memory = [
+        pair("the tracer itself, when it was built", &megabytes(report.tracer_bytes)),
+        pair("solving, above what there was", &megabytes(report.solving_bytes)),
+        pair("the solution: links and elements", &megabytes(report.solution_bytes)),
+    ];
+    let (legend, mut heads, rows) =
+        (legend(report), heads_of(report, "spread, or what it is"), read(report.speed_rows()));
     heads[3] = "ratio".to_owned();
-    if !is_spread {
-        heads.truncate(4);
-        rows.iter_mut().for_each(|row| row.truncate(4));
-    }
+    let medians = format!(
+        "Medians. {} of the solutions, a sample, were traced {}, and the scene was solved and rendered {} with each, \
+         in turns.",
+        counted(report.timed_rays, "shadow ray"),
+        times_of(report.repeats),
+        times_of(report.solves)
+    );
     Ok(html! {
+        p { (medians) }
         (bar_chart(&format!("Shadow rays: more is better{range}"), &legend, &rates)?)
-        (bar_chart("Wall-clock time, all threads: less is better", &legend, &times)?)
-        (table("Speed", &heads, &rows, None))
+        (bar_chart(&format!("Wall-clock time, all threads: less is better{range}"), &legend, &times)?)
+        (bar_chart("Memory: less is better", &legend, &memory)?)
+        (table("Speed and memory", &heads, &rows, None))
     })
 }

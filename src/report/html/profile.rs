@@ -13,14 +13,15 @@ use super::super::text::{counted, times};
 use super::figures::{Image, bar_chart, curves, picture};
 use super::table::{Cell, decimals, table};
 use super::{Page, Section, work};
+use crate::image::Legend;
 use crate::image::write::OutputError;
 
 /// A heat map, to be shown on the page.
 pub struct ShownMap {
     /// What it shows, in a few words.
     pub name: &'static str,
-    /// What its colours mean.
-    pub legend: String,
+    /// What its colours stand for.
+    pub legend: Legend,
     /// Width and height, pixels.
     pub size: [u32; 2],
     /// A PNG file.
@@ -79,7 +80,8 @@ fn summary(found: &Profile) -> Vec<String> {
     match &found.runs[..] {
         [] => {}
         [only] => words.extend(about_one(only)),
-        _ => words.extend(about_several(found)),
+        // What most come for is first.
+        _ => words = found.cheapest().into_iter().chain(words).chain(about_several(found)).collect(),
     }
     words
 }
@@ -99,16 +101,17 @@ fn about_one(run: &ProfiledRun) -> Vec<String> {
         run.total_seconds.median,
         percent(run.visibility_error.mean)
     );
-    let phase = part("time by the clock", &run.detail.phases);
     let step = part("time in visibility", &run.detail.steps);
-    [Some(told), phase, step].into_iter().flatten().collect()
+    let phase = part("time by the clock", &run.detail.phases);
+    [Some(told), step, phase].into_iter().flatten().collect()
 }
 
 fn about_several(found: &Profile) -> Vec<String> {
     let seconds = |run: &ProfiledRun| run.visibility_seconds.median;
     let error = |run: &ProfiledRun| run.visibility_error.mean;
+    let with_light = || found.runs.iter().filter(|run| run.has_light());
     let least =
-        |value: &dyn Fn(&ProfiledRun) -> f64| found.runs.iter().min_by(|a, b| value(a).total_cmp(&value(b)));
+        |value: &dyn Fn(&ProfiledRun) -> f64| with_light().min_by(|a, b| value(a).total_cmp(&value(b)));
     let Some(yardstick) = found.runs.get(found.yardstick) else { return Vec::new() };
     let mut words = vec![format!(
         "The yardstick, to which ratios of time are, is {}: {:.3} s in visibility, with an error of {}.",
@@ -140,14 +143,23 @@ fn about_several(found: &Profile) -> Vec<String> {
 /// The maps of the first run.
 fn heat_maps(found: &Profile, maps: Vec<ShownMap>) -> Markup {
     html! {
-        @if let Some(run) = found.runs.first() {
+        @if let Some(run) = found.runs.get(found.aim) {
             p { "The scene as " (run.name()) " left it, coloured by what visibility costs where." }
         }
         @for ShownMap { name, legend, size, png } in maps {
             (picture(&Image { png, name: name.to_owned() }, size, name))
-            pre { (legend) }
+            p { (legend.title) }
+            ul.legend.scale {
+                @for (colour, words) in &legend.entries {
+                    li { span.swatch style=(format!("color:{}", hex(*colour))) {} (words) }
+                }
+            }
         }
     }
+}
+
+fn hex([red, green, blue]: [u8; 3]) -> String {
+    format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
 fn error_against_time(found: &Profile) -> Result<Markup, String> {
@@ -200,8 +212,8 @@ fn bars(found: &Profile) -> Result<Markup, String> {
             (rms, None, percent(rms))
         })?),
     };
-    let memory = chart("Largest resident memory", &|run| {
-        let megabytes = run.peak_rss_bytes as f64 / f64::from(1 << 20);
+    let memory = chart("Memory: what the run took besides the scene, and its tracer", &|run| {
+        let megabytes = run.memory_bytes() as f64 / f64::from(1 << 20);
         (megabytes, None, format!("{megabytes:.0} MB"))
     })?;
     Ok(html! { (time) (error) @if let Some(irradiance) = irradiance { (irradiance) } (memory) })
@@ -220,7 +232,7 @@ const TIMES: [Column; 4] = [
 /// Where there are several measurements.
 const SPREAD: Column = ("± %", |_, run| decimals(100.0 * run.visibility_seconds.relative(), 1));
 
-const FIGURES: [Column; 13] = [
+const FIGURES: [Column; 14] = [
     ("ratio", |found, run| decimals(found.ratio(run), 3)),
     ("total (s)", |_, run| decimals(run.total_seconds.median, 2)),
     ("V error (%)", |_, run| decimals(100.0 * run.visibility_error.mean, 3)),
@@ -233,7 +245,8 @@ const FIGURES: [Column; 13] = [
     ("rejected (%)", |_, run| decimals(100.0 * run.detail.rejected(), 1)),
     ("shafts built", |_, run| Cell::count(run.shafts_built)),
     ("proved (%)", |_, run| decimals(100.0 * run.certified_share, 1)),
-    ("memory (MB)", |_, run| Cell::count(run.peak_rss_bytes >> 20)),
+    ("memory (MB)", |_, run| Cell::count(run.memory_bytes() >> 20)),
+    ("solution (MB)", |_, run| decimals(run.solution_bytes as f64 / f64::from(1 << 20), 1)),
 ];
 
 /// Where there is a reference.
@@ -256,7 +269,9 @@ fn figures(found: &Profile) -> Markup {
             "V: visibility of the links against 256 rays, the mean and what links with a thousandth of the power exceed. "
             @if has_reference { "E: irradiance at the points against the reference. " }
             "Filter: the candidate filter, and the hits it rejected. "
-            "Proved: pairs whose visibility is proved, of all that refinement ended at."
+            "Proved: pairs whose visibility is proved, of all that refinement ended at. "
+            "Memory: what was resident at most above what had been before the first run, and the tracer; of that the solution "
+            "is links and elements."
         }
         (table("A row for each run", &heads, &rows, None))
     }

@@ -38,6 +38,7 @@ fn run(name: &str, seconds: f64, error: f64) -> ProfiledRun {
         strategy: name.to_owned(),
         tracer: name.to_owned(),
         rays: 16,
+        links: 1,
         visibility_seconds: Spread { min: seconds, median: seconds, max: seconds },
         visibility_error: VisibilityError { mean: error, ..VisibilityError::default() },
         ..ProfiledRun::default()
@@ -100,7 +101,7 @@ fn figures_that_are_not_numbers_and_no_runs_at_all_make_a_page() {
         assert!(page.trim_end().ends_with("</html>"), "{page}");
     }
     let page = compare_page(report(0, f64::NAN), "room");
-    assert!(page.contains("The tracers disagree: the light differs by NaN"), "{page}");
+    assert!(page.contains("The tracers disagree: NaN % of the light lands elsewhere"), "{page}");
 }
 
 #[test]

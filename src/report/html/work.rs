@@ -16,7 +16,7 @@ pub(super) fn seconds(found: &Profile) -> Result<Markup, String> {
     let groups: Vec<Group> = found.runs.iter().map(steps_of).collect();
     let steps = bar_chart("Seconds in visibility tests by step, over all threads", &[], &groups)?;
     Ok(html! {
-        p { "Rays include the candidate filter. The steps of one test in eight are timed, in all repeats, and stand for all; a test "
+        p { "Rays include the candidate filter. The steps of one test in sixteen are timed, in all repeats, and stand for all; a test "
             "that another program interrupted cannot change them much." }
         (steps) (phases(found))
     })
@@ -47,14 +47,14 @@ fn steps_of(run: &ProfiledRun) -> Group {
     Group { name: run.name(), bars: steps.iter().filter(|step| step.seconds > 0.0).map(bar).collect() }
 }
 
-/// What settled the pairs of each run, and their sizes; the first run is open.
+/// What settled the pairs of each run, and their sizes; the aim is open.
 pub(super) fn pairs(found: &Profile) -> Result<Markup, String> {
     let runs = found.runs.iter().map(|run| Ok((run.name(), pairs_of(&run.detail)?)));
     let runs: Vec<(String, Markup)> = runs.collect::<Result<_, String>>()?;
     Ok(html! {
         p { "Pairs of nodes that refinement came to. A level halves the size: of level 0 are pairs as large as the scene." }
         @for (index, (name, body)) in runs.iter().enumerate() {
-            details open[index == 0] { summary { (name) } (body) }
+            details open[index == found.aim] { summary { (name) } (body) }
         }
     })
 }

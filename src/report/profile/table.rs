@@ -29,7 +29,7 @@ const FIGURES: [Column; 8] = [
     ("rays (M)", |_, run| format!("{:.2}", run.rays_cast as f64 * 1e-6)),
     ("avoided (M)", |_, run| format!("{:.2}", run.rays_avoided as f64 * 1e-6)),
     ("proved (%)", |_, run| format!("{:.1}", 100.0 * run.certified_share)),
-    ("memory (MB)", |_, run| (run.peak_rss_bytes >> 20).to_string()),
+    ("memory (MB)", |_, run| (run.memory_bytes() >> 20).to_string()),
     ("V error (%)", |_, run| format!("{:.3}", 100.0 * run.visibility_error.mean)),
     ("V 99.9 (%)", |_, run| format!("{:.2}", 100.0 * run.visibility_error.percentile_999)),
 ];
@@ -42,7 +42,7 @@ const IRRADIANCE: Column = ("E error (%)", |_, run| {
 impl Profile {
     /// All of it.
     pub fn table(&self) -> String {
-        let (Some(yardstick), Some(first)) = (self.runs.get(self.yardstick), self.runs.first()) else {
+        let (Some(yardstick), Some(aim)) = (self.runs.get(self.yardstick), self.runs.get(self.aim)) else {
             return String::new();
         };
         let mut text = format!(
@@ -53,8 +53,9 @@ impl Profile {
             times(self.repeats),
             yardstick.name()
         );
+        text += &self.cheapest().map_or_else(String::new, |words| words + "\n");
         let spread = (self.repeats > 1).then_some(SPREAD);
-        let irradiance = first.irradiance_error.is_some().then_some(IRRADIANCE);
+        let irradiance = aim.irradiance_error.is_some().then_some(IRRADIANCE);
         let columns: Vec<Column> =
             NAMES.into_iter().chain(SECONDS).chain(spread).chain(FIGURES).chain(irradiance).collect();
         text += &self.rows(&columns);
@@ -66,7 +67,7 @@ impl Profile {
         text += &self.seconds(&Step::ALL.map(Step::name), |detail| &detail.steps);
         text += "\nSeconds by phase, wall clock\n";
         text += &self.seconds(&self.phases(), |detail| &detail.phases);
-        text + &format!("\nPairs of {}, by what settled them\n{}", first.name(), first.detail.text())
+        text + &format!("\nPairs of {}, by what settled them\n{}", aim.name(), aim.detail.text())
     }
 
     /// A row for each run.
