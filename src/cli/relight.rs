@@ -20,6 +20,9 @@ use crate::scene::{self, LoadOptions, Scene, check_names};
 /// solving makes.
 const COARSE: f64 = 0.15;
 
+/// Where more than this share of the light falls where there was little, pairs may matter that were given up.
+const MOVED: f64 = 0.25;
+
 /// Changes the light as configured.
 ///
 /// # Errors
@@ -61,7 +64,7 @@ fn run_in_pool(config: &RelightConfig, run: &RunConfig, progress: &dyn Progress)
     check_names(&config.changes, &loaded.scene.materials)
         .map_err(|why| CliError::Usage(format!("--set: {why}")))?;
     let Solved { scene: before, hierarchy, tracer, solution, origin, mut stats, clock, .. } =
-        loaded.solve(run, progress)?;
+        loaded.solution(run, progress)?;
     let options = origin.options().ok_or_else(|| {
         let (stored, strategy) = (config.stored.display(), &origin.strategy);
         CliError::Malformed(format!(
@@ -74,14 +77,14 @@ fn run_in_pool(config: &RelightConfig, run: &RunConfig, progress: &dyn Progress)
 
     let rays_before = solution.counters.visibility.rays_cast;
     let square_meters = hierarchy.square_meters_per_unit(scene.meters_per_unit);
-    let Relit { solution, untested, coarse } =
+    let Relit { solution, untested, coarse, moved } =
         relight(&hierarchy, tracer.as_ref(), solution, &options, config.reuse, square_meters, progress);
     let origin = Origin { changes, ..origin }.at(&config.output, &run.scene);
     write_solution(&config.output, &hierarchy, scene.meters_per_unit, &solution, &origin)?;
 
     fill_stats(&mut stats, &scene, &hierarchy, &solution);
     let rays_cast = solution.counters.visibility.rays_cast - rays_before;
-    let relit = RelitStats { untested, coarse, rays_cast };
+    let relit = RelitStats { untested, coarse, moved, rays_cast };
     stats.relit = Some(relit);
     stats.seconds.total = clock.total();
     stats.memory.peak_rss_bytes = memory::peak_rss_bytes();
@@ -90,6 +93,7 @@ fn run_in_pool(config: &RelightConfig, run: &RunConfig, progress: &dyn Progress)
         console::note(&table::table(&[(scene.name.as_str(), &stats)]));
         console::note(&told(&solution, &relit));
         warn_if_coarse(&relit, config.reuse);
+        warn_if_moved(&relit);
     }
     if let Some(path) = &config.stats {
         json::write_json(path, &stats)?;
@@ -129,10 +133,11 @@ fn told(solution: &Solution, relit: &RelitStats) -> String {
     let (links, rays) = (solution.links.links.len(), solution.counters.visibility.rays_cast);
     let mut text = format!(
         "relit in {seconds:.2} s over {links} links; visibility took {} rays more than the {} of before; {:.1} % of the \
-         light comes over links that it would have divided further\n",
+         light comes over links that it would have divided further, {:.1} % falls where there was little\n",
         relit.rays_cast,
         rays - relit.rays_cast,
-        100.0 * relit.coarse
+        100.0 * relit.coarse,
+        100.0 * relit.moved
     );
     if relit.untested > 0 {
         text += &format!(
@@ -152,6 +157,18 @@ fn warn_if_coarse(relit: &RelitStats, reuse: Reuse) {
             "{:.0} % of the light comes over links that are too coarse for it; {}change the scene and solve it again",
             100.0 * relit.coarse,
             if is_refined { "" } else { "--refine divides them, or " }
+        ));
+    }
+}
+
+/// Says so when much of the light falls where there was little.
+fn warn_if_moved(relit: &RelitStats) {
+    if relit.moved > MOVED {
+        console::warning(&format!(
+            "{:.0} % of the light falls where there was little before: surfaces that seemed hidden from each other there, by \
+             the few rays that so little light deserves, stay hidden, whatever now shines on them; change the scene and \
+             solve it again to be sure",
+            100.0 * relit.moved
         ));
     }
 }

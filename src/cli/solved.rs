@@ -118,11 +118,24 @@ impl Loaded {
         Some(format!("{} ({})", library.version(), library.instruction_set().name()))
     }
 
+    /// The [solution](Self::solution), and says what is doubtful about it.
+    ///
+    /// # Errors
+    /// Those of the solution.
+    pub(super) fn solve(self, config: &RunConfig, progress: &dyn Progress) -> Result<Solved, CliError> {
+        let solved = self.solution(config, progress)?;
+        if !config.quiet {
+            warn_if_unfinished(&solved.solution, solved.origin.iterations);
+            warn_if_unbalanced(&solved.solution);
+        }
+        Ok(solved)
+    }
+
     /// Builds the hierarchy and the tracer, and solves, or reads what was solved before.
     ///
     /// # Errors
     /// Embree when it is demanded and not usable; what is wrong with a solution file.
-    pub(super) fn solve(self, config: &RunConfig, progress: &dyn Progress) -> Result<Solved, CliError> {
+    pub(super) fn solution(self, config: &RunConfig, progress: &dyn Progress) -> Result<Solved, CliError> {
         let Loaded { scene, embree, stored, mut stats, mut clock } = self;
         let one_sided = stored.as_ref().map_or(config.solve.one_sided, SolutionFile::is_one_sided);
         let hierarchy = Hierarchy::build(&scene, one_sided, progress);
@@ -147,10 +160,6 @@ impl Loaded {
                 (solution, quality, Origin::new(&options, quality.into(), tracer.name()))
             }
         };
-        if !config.quiet {
-            warn_if_unfinished(&solution, origin.iterations);
-            warn_if_unbalanced(&solution);
-        }
         stats.strategy.clone_from(&origin.strategy);
         fill_stats(&mut stats, &scene, &hierarchy, &solution);
         Ok(Solved { scene, hierarchy, tracer, solution, quality, origin, stats, clock })

@@ -360,8 +360,10 @@ impl<'a> Refiner<'a> {
         link.work = work.try_into().unwrap_or(u16::MAX);
         self.note(&mut output.done, link.receiver, work);
         if self.is_classic() {
-            // A kernel-weighted fraction can be tiny: fewer than one ray in n + 1 is more than n rays can tell.
-            let least = 1.0 / (self.tester.options().rays as f64 + 1.0);
+            // A kernel-weighted fraction can be tiny: fewer than one ray in n + 1 is more than n rays can tell. Where
+            // few points face each other, few are cast.
+            let cast = output.worker.counters.rays_cast - before.rays_cast;
+            let least = 1.0 / (cast as f64 + 1.0);
             let fraction = (verdict.fraction as f64).max(least);
             figures.kernel_error *= fraction;
             figures.source_error *= fraction;

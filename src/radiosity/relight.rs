@@ -2,7 +2,9 @@
 //! known of visibility stay.
 //!
 //! Links were divided for the light that there was. Where there is other light now, some are coarser than it would have
-//! them; how much light comes over such links is measured. Links from what was dark were never tested: where something
+//! them; how much light comes over such links is measured. Pairs that rays found blocked where little light went are given
+//! up, and nothing remembers them; how much light falls where there was little before says whether that may matter. Links
+//! from what was dark were never tested: where something
 //! shines now that did not, links are refined with the new light, as when a scene is solved.
 
 use super::flight::rooms;
@@ -19,8 +21,8 @@ use rayon::prelude::*;
 use std::cell::Cell;
 use std::time::Instant;
 
-/// A source from which links were not tested may become so many times brighter, relative to all light, before they
-/// are: the little that it sent before was none that mattered.
+/// What becomes so many times brighter, relative to all light, was dark before. Of a source: then links from it that
+/// were not tested are tested, since the little that it sent was none that mattered.
 const RISEN: f64 = 4.0;
 
 /// Iterations are as many as the light needs, at most so many.
@@ -45,6 +47,9 @@ pub struct Relit {
     pub untested: u64,
     /// Share of the light that comes over links which the new light would have divided further.
     pub coarse: f64,
+    /// Share of the light that falls where there was little before: on elements that receive several times as much
+    /// now, in proportion to all light.
+    pub moved: f64,
 }
 
 /// The light of `solved` with the materials that the hierarchy has now; its geometry is the one that was solved, and
@@ -63,6 +68,8 @@ pub fn relight(
     let options =
         SolveOptions { iterations: options.iterations.max(ITERATIONS), record: Record::Nothing, ..*options };
     let (bright_before, sent_before) = (brightness(&before), before.sent(&forest));
+    let leaves_before: Vec<usize> = forest.leaves().collect();
+    let received_before = received(&before, &forest, &leaves_before);
     drop(before);
     let untested = Cell::new(0);
     let is_refined = |forest: &Forest, links: &LinkSet, light: &Light| {
@@ -92,7 +99,22 @@ pub fn relight(
     };
     let solution = iterate(hierarchy, tracer, beginning, &options, square_meters, progress);
     let coarse = coarse_share(hierarchy, tracer, &solution, &options);
-    Relit { solution, untested: untested.get(), coarse }
+    // Elements that are divided since then hold the mean of their parts.
+    let moved = moved_share(&received_before, &received(&solution.light, &solution.forest, &leaves_before));
+    Relit { solution, untested: untested.get(), coarse, moved }
+}
+
+/// Power that elements receive, largest channel, local areas.
+fn received(light: &Light, forest: &Forest, elements: &[usize]) -> Vec<f64> {
+    elements.iter().map(|&e| f64::from(light.irradiance[e].max_element() * forest.area[e])).collect()
+}
+
+/// Share of the power now that is received where there was little, see [`RISEN`].
+fn moved_share(before: &[f64], now: &[f64]) -> f64 {
+    let all: f64 = now.iter().sum();
+    let scale = RISEN * all / before.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    let risen = before.iter().zip(now).filter(|&(before, now)| *now > scale * before);
+    risen.fold(0.0, |sum, (_, now)| sum + now) / all.max(f64::MIN_POSITIVE)
 }
 
 /// What each node sends out, by its id in links: power of clusters, exitance of elements, largest channel.

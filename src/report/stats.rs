@@ -48,6 +48,8 @@ pub struct RelitStats {
     pub untested: u64,
     /// Share of the light that comes over links which it would have divided further.
     pub coarse: f64,
+    /// Share of the light that falls where there was little before.
+    pub moved: f64,
     /// Rays that visibility took anew.
     pub rays_cast: u64,
 }

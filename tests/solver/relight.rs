@@ -105,6 +105,7 @@ fn other_reflectances_give_the_light_that_solving_anew_gives() {
     assert!(was > 5.0 * noise, "the light must change for this to say anything: {was}, noise {noise}");
     assert!(kept < 2.0 * noise && divided < 1.5 * noise, "{kept} {divided}, noise {noise}");
     assert!(links.coarse < 0.2 && refined.coarse < 0.2, "{} {}", links.coarse, refined.coarse);
+    assert!(links.moved < 0.05, "{} moved", links.moved);
     let report = check::check(&other.hierarchy, &other.fallback(), &links.solution, &Limits::DRAFT, &Silent);
     assert!(report.passed(), "{report:?}");
 }
@@ -137,7 +138,7 @@ fn what_was_dark_and_shines_is_tested() {
 }
 
 #[test]
-fn light_from_elsewhere_is_said_to_be_coarse() {
+fn light_from_elsewhere_is_said_to_be_coarse_and_moved() {
     let case = Case::load("cornell-box");
     let options = rough(Strategy::Adaptive);
     let solve = || case.solve(&case.fallback(), &options);
@@ -151,6 +152,7 @@ fn light_from_elsewhere_is_said_to_be_coarse() {
     let [kept, divided] = [&links, &refined].map(|relit| difference(&other, &anew, &relit.solution));
     assert!(links.coarse > 0.3 && refined.coarse < 0.5 * links.coarse, "{} {}", links.coarse, refined.coarse);
     assert!(kept < 0.4 && divided < 0.7 * kept, "{kept} {divided}");
+    assert!(links.moved > 0.1 && refined.moved > 0.1, "{} {}", links.moved, refined.moved);
     assert!(refined.solution.links.links.len() > links.solution.links.links.len());
 }
 
