@@ -99,7 +99,7 @@ impl Comparison {
     pub fn links_are_explained(&self) -> bool {
         let is_of_solution = |tally: &&Tally| OF_SOLUTIONS.contains(&tally.name.as_str());
         let mut tallies = self.rays.tallies.iter().filter(is_of_solution);
-        self.links.are_same() || tallies.any(|tally| tally.differing > 0 || tally.renamed > 0)
+        self.links.are_same() || tallies.any(|tally| tally.differing > 0)
     }
 
     /// Whether the tracers agree.

@@ -72,7 +72,7 @@ impl VisibilityError {
         };
         VisibilityError {
             links: differences.len() as u64,
-            mean: differences.iter().map(|(part, difference)| part * difference).sum::<f64>()
+            mean: differences.iter().fold(0.0, |sum, (part, difference)| sum + part * difference)
                 / weight.max(f64::MIN_POSITIVE),
             percentile_999: differences.iter().find(exceeds).map_or(0.0, |&(_, difference)| difference),
         }
