@@ -304,12 +304,10 @@ fn digits_are_kept_far_from_the_origin() {
         None => format!("{line}\n"),
     };
     folder.write("corner.obj", MESH.lines().map(far).collect::<String>());
-    let at = |line: &str| line.replace("-0.3,", "9999999.7,").replace("0.3,", "10000000.3,");
-    let depth = |line: String| line.replace(", -0.3]", ", -30000000.3]").replace(", 0.3]", ", -29999999.7]");
-    let scene = SCENE.replace("[[-0.3, 2", "[[-0.3, 2");
-    let (head, lamp) = scene.split_once("corners").expect("a lamp");
-    let head = head.split("[[camera]]").next().expect("a head").to_owned() + "[[quad]]\nname = \"lamp\"\n";
-    folder.write("scene.toml", format!("{head}corners{}", depth(at(lamp))));
+    let (x, z) = ([9_999_999.7, 10_000_000.3], [-30_000_000.3, -29_999_999.7]);
+    let corners = [(x[0], z[0]), (x[1], z[0]), (x[1], z[1]), (x[0], z[1])].map(|(x, z)| [x, 2.0, z]);
+    let lamp = format!("mesh = \"corner.obj\"\n[[quad]]\ncorners = {corners:?}\nradiance = [12, 11, 10]\n");
+    folder.write("scene.toml", lamp);
     done(&folder, &["solve", "scene.toml", "-o", "room.lsol", "--quality", "draft", "-q"]);
     done(&folder, &["export", "room.lsol", "--glb", "room.glb", "--ply", "room.ply", "-q"]);
     let model = Model::read(&folder, "room.glb");
