@@ -10,7 +10,7 @@ mod views;
 pub(super) use compare::CompareArgs;
 pub(super) use convergence::ConvergenceArgs;
 pub(super) use profile::ProfileArgs;
-pub(super) use stored::{RelightArgs, SolveArgs, StoredArgs};
+pub(super) use stored::{ExportArgs, RelightArgs, SolveArgs, StoredArgs};
 pub(super) use views::{MAX_FRAMES, ViewsArgs};
 
 use std::path::PathBuf;
@@ -42,6 +42,9 @@ pub(super) enum Verb {
     /// Give a solution other lamps or reflectances, over the links that it has, and keep it in a file
     #[command(after_help = exit_codes_help())]
     Relight(Box<RelightArgs>),
+    /// Write a solved scene as a model for other programs: GLB with the light in its colours, PLY with exitance
+    #[command(after_help = exit_codes_help())]
+    Export(Box<ExportArgs>),
     /// Solve a scene and print the irradiance at points of it
     #[command(after_help = exit_codes_help())]
     Probe(Box<ProbeArgs>),

@@ -2,14 +2,17 @@
 
 mod compare;
 mod convergence;
+mod export;
 mod keep;
 mod pattern;
 mod profile;
 mod relight;
+mod stored;
 mod views;
 
 pub(super) use compare::{CompareConfig, Pictures};
 pub(super) use convergence::ConvergenceConfig;
+pub(super) use export::ExportConfig;
 pub(super) use keep::KeepConfig;
 pub(super) use profile::ProfileConfig;
 pub(super) use relight::RelightConfig;

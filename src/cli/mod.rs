@@ -10,6 +10,7 @@ mod console;
 mod convergence;
 mod doctor;
 mod errors;
+mod export;
 mod folder;
 mod frames;
 mod generate;
@@ -21,6 +22,7 @@ mod setup;
 mod shots;
 mod solve;
 mod solved;
+mod stored;
 
 use std::ffi::OsString;
 use std::panic::{self, AssertUnwindSafe};
@@ -53,6 +55,7 @@ fn run(typed: impl Iterator<Item = OsString>) -> ExitKind {
         Verb::Render(typed) => config::RenderConfig::check(*typed).and_then(|config| render::run(&config)),
         Verb::Solve(typed) => config::KeepConfig::check(*typed).and_then(|config| solve::run(&config)),
         Verb::Relight(typed) => config::RelightConfig::check(*typed).and_then(|config| relight::run(&config)),
+        Verb::Export(typed) => config::ExportConfig::check(*typed).and_then(|config| export::run(&config)),
         Verb::Probe(typed) => config::ProbeConfig::check(*typed).and_then(|config| probe::run(&config)),
         Verb::Convergence(typed) => {
             config::ConvergenceConfig::check(*typed).and_then(|config| convergence::run(&config))

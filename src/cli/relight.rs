@@ -1,12 +1,11 @@
 //! `relight`: from a solution file to one of the same scene with other lamps or reflectances.
 
-use std::path::{Path, PathBuf};
-
 use super::config::{RelightConfig, RunConfig};
 use super::console;
 use super::errors::CliError;
-use super::solved::{Loaded, Solved, file_failure, fill_stats, in_pool, scene_failure, warn_if_unbalanced};
-use crate::export::{Origin, SolutionFile, write_solution};
+use super::solved::{Loaded, Solved, fill_stats, in_pool, scene_failure, warn_if_unbalanced};
+use super::stored::scene_of;
+use crate::export::{Origin, write_solution};
 use crate::hierarchy::{Fingerprint, Hierarchy};
 use crate::image::write::check_destination;
 use crate::memory;
@@ -32,31 +31,9 @@ pub(super) fn run(config: &RelightConfig) -> Result<(), CliError> {
     for path in &config.run.outputs {
         check_destination(path)?;
     }
-    let scene = match &config.scene {
-        Some(scene) => scene.clone(),
-        None => scene_of(&config.stored)?,
-    };
+    let scene = scene_of(&config.stored, config.scene.as_deref())?;
     let run = RunConfig { scene, ..config.run.clone() };
     in_pool(&run, |progress| run_in_pool(config, &run, progress))
-}
-
-/// Where the scene of a solution is, as far as its file knows.
-fn scene_of(stored: &Path) -> Result<PathBuf, CliError> {
-    let file = SolutionFile::open(stored).map_err(file_failure)?;
-    let shown = stored.display();
-    let Some(scene) = &file.origin().scene else {
-        return Err(CliError::Usage(format!(
-            "{shown} does not say where its scene is; give it with --scene"
-        )));
-    };
-    let scene = stored.parent().unwrap_or(Path::new("")).join(scene);
-    if !scene.exists() {
-        return Err(CliError::Unreadable(format!(
-            "{}: the scene of {shown} is not there any more; give it with --scene",
-            scene.display()
-        )));
-    }
-    Ok(scene)
 }
 
 fn run_in_pool(config: &RelightConfig, run: &RunConfig, progress: &dyn Progress) -> Result<(), CliError> {

@@ -14,4 +14,4 @@ mod sources;
 
 pub use final_gather::{FinalGather, VisiblePoint};
 pub use point::{Gatherer, Irradiance, SAMPLES};
-pub use reconstruct::{Reconstruction, Spot};
+pub use reconstruct::{Outline, Outlines, Reconstruction, Spot};

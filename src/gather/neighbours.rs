@@ -10,7 +10,7 @@ use glam::{DVec3, Vec3};
 use std::ops::Range;
 
 /// Elements whose normals differ by less than about 35° are shaded as one smooth surface.
-const SMOOTH_COSINE: f64 = 0.82;
+pub(super) const SMOOTH_COSINE: f64 = 0.82;
 
 /// What lies further than this from an element has no corner in common with it: a corner may be off the
 /// element, and the neighbour off its own plane.
@@ -22,7 +22,7 @@ pub(super) struct Neighbour {
     pub(super) polygon: Polygon,
     pub(super) center: DVec3,
     pub(super) irradiance: Vec3,
-    normal: DVec3,
+    pub(super) normal: DVec3,
     /// Unit vectors out of its edges.
     outward: [DVec3; MAX_VERTICES],
 }
@@ -41,6 +41,8 @@ pub(super) struct Neighbourhood<'a> {
     pub(super) forest: &'a Forest,
     /// By element.
     pub(super) values: &'a [Vec3],
+    /// Of the angle between the normals of neighbours.
+    least_cosine: f64,
     /// Handed down from the piece that is visited and those above it.
     candidates: Vec<Candidate<'a>>,
     /// How often something was compared with an element: the measure of the work.
@@ -79,8 +81,21 @@ impl Neighbour {
 }
 
 impl<'a> Neighbourhood<'a> {
+    /// Of what continues a surface smoothly.
     pub(super) fn new(hierarchy: &'a Hierarchy, forest: &'a Forest, values: &'a [Vec3]) -> Neighbourhood<'a> {
-        Neighbourhood { hierarchy, forest, values, candidates: Vec::new(), compared: 0 }
+        Neighbourhood {
+            hierarchy,
+            forest,
+            values,
+            least_cosine: SMOOTH_COSINE,
+            candidates: Vec::new(),
+            compared: 0,
+        }
+    }
+
+    /// Of everything, at whatever angle it stands.
+    pub(super) fn at_any_angle(self) -> Neighbourhood<'a> {
+        Neighbourhood { least_cosine: f64::NEG_INFINITY, ..self }
     }
 
     /// Visits all elements of a side in order; leaves come with all leaf elements that touch their box and
@@ -162,7 +177,7 @@ impl<'a> Neighbourhood<'a> {
         bounds: &Aabb,
         stack: &mut Vec<Candidate<'a>>,
     ) -> bool {
-        let (hierarchy, forest) = (self.hierarchy, self.forest);
+        let (hierarchy, forest, least_cosine) = (self.hierarchy, self.forest, self.least_cosine);
         let mut push = |part: Candidate<'a>| {
             self.compared += 1;
             if part.is_near(piece, bounds, hierarchy) {
@@ -175,7 +190,7 @@ impl<'a> Neighbourhood<'a> {
                 NodeKind::Leaf(facet) => {
                     let roots = forest.sides_of(facet).rev().map(|side| forest.root(hierarchy, side));
                     roots
-                        .filter(|root| root.plane.normal.dot(piece.plane.normal) > SMOOTH_COSINE)
+                        .filter(|root| root.plane.normal.dot(piece.plane.normal) > least_cosine)
                         .map(Candidate::Piece)
                         .for_each(push);
                 }

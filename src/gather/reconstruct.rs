@@ -3,7 +3,7 @@
 //! (T-vertices) become corners of the larger element too, so no crack shows.
 
 use super::interpolate::mean_value;
-use super::neighbours::{Neighbour, Neighbourhood};
+use super::neighbours::{Neighbour, Neighbourhood, SMOOTH_COSINE};
 use crate::hierarchy::{Hierarchy, Side, TOLERANCE};
 use crate::math::Polygon;
 use crate::radiosity::{Forest, Piece, Solution};
@@ -47,6 +47,39 @@ impl Spot {
             area > 0.0 && area * area > along.length_squared() * SAME_POINT * SAME_POINT
         };
         side == self.side && self.polygon.edges().all(is_inside)
+    }
+}
+
+/// The leaf elements of a side, in the order of their ids, as what lies between corners with light.
+#[derive(Debug)]
+pub struct Outlines(SideMesh);
+
+/// A leaf element with the corners that it has and those that whatever touches it has on its edges.
+#[derive(Clone, Copy, Debug)]
+pub struct Outline<'a> {
+    /// Counter-clockwise seen from the side, local coordinates; at least 3.
+    pub points: &'a [DVec3],
+    /// At each of them, W/m².
+    pub irradiance: &'a [Vec3],
+}
+
+impl Outlines {
+    /// The elements.
+    pub fn iter(&self) -> impl Iterator<Item = Outline<'_>> {
+        let Outlines(mesh) = self;
+        let ranges = mesh.first.windows(2).map(|ends| ends[0] as usize..ends[1] as usize);
+        ranges.filter(|corners| !corners.is_empty()).map(|corners| Outline {
+            points: &mesh.points[corners.clone()],
+            irradiance: &mesh.irradiance[corners],
+        })
+    }
+}
+
+impl Outline<'_> {
+    /// The mean of the corners, and the irradiance there, W/m². `normal` is that of the side.
+    pub fn center(&self, normal: DVec3) -> (DVec3, Vec3) {
+        let center = self.points.iter().sum::<DVec3>() / self.points.len() as f64;
+        (center, mean_value(center, normal, self.points, |i| self.irradiance[i]))
     }
 }
 
@@ -102,6 +135,33 @@ impl<'a> Reconstruction<'a> {
         recent.as_ref()
     }
 
+    /// The leaf elements of the side with this number; nothing of it is kept. Where elements meet, at whatever angle, their
+    /// corners are the very same points.
+    pub fn outlines(&self, index: usize) -> Outlines {
+        let mut mesh = SideMesh::default();
+        let around = Neighbourhood::new(self.hierarchy, self.forest, &self.irradiance);
+        around.at_any_angle().visit(index, |piece, near| {
+            mesh.first.push(mesh.points.len() as u32);
+            let Some(near) = near else { return };
+            let is_smooth = |other: &&Neighbour| other.normal.dot(piece.plane.normal) > SMOOTH_COSINE;
+            let corners: Vec<(DVec3, Vec3)> = outline(&piece.polygon, near.iter().filter(is_smooth))
+                .map(|corner| (corner, self.corner_value(corner, piece, near.iter().filter(is_smooth))))
+                .collect();
+            for (i, &(a, value)) in corners.iter().enumerate() {
+                let (b, next) = corners[(i + 1) % corners.len()];
+                mesh.points.push(shared(a, near));
+                mesh.irradiance.push(value);
+                // In between light is interpolated, as it is in pictures.
+                for (t, corner) in on_edge(a, b, near.iter()) {
+                    mesh.points.push(shared(corner, near));
+                    mesh.irradiance.push(value.lerp(next, t as f32));
+                }
+            }
+        });
+        mesh.first.push(mesh.points.len() as u32);
+        Outlines(mesh)
+    }
+
     /// Irradiance at a point of an element on the side with this number.
     fn irradiance_on(&self, element: u32, index: usize, normal: DVec3, point: DVec3) -> Vec3 {
         let mesh = self.sides[index].get_or_init(|| self.mesh_of(index));
@@ -115,8 +175,8 @@ impl<'a> Reconstruction<'a> {
         Neighbourhood::new(self.hierarchy, self.forest, &self.irradiance).visit(index, |piece, near| {
             mesh.first.push(mesh.points.len() as u32);
             let Some(near) = near else { return };
-            for corner in outline(&piece.polygon, near) {
-                mesh.irradiance.push(self.corner_value(corner, piece, near));
+            for corner in outline(&piece.polygon, near.iter()) {
+                mesh.irradiance.push(self.corner_value(corner, piece, near.iter()));
                 mesh.points.push(corner);
             }
         });
@@ -125,7 +185,12 @@ impl<'a> Reconstruction<'a> {
     }
 
     /// Mean irradiance of the elements that meet at a corner, the nearer ones counting more.
-    fn corner_value(&self, corner: DVec3, piece: &Piece<'_>, near: &[Neighbour]) -> Vec3 {
+    fn corner_value<'n>(
+        &self,
+        corner: DVec3,
+        piece: &Piece<'_>,
+        near: impl Iterator<Item = &'n Neighbour>,
+    ) -> Vec3 {
         let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
         for other in near {
             if other.facet == piece.side.facet && self.is_parted(piece, other) {
@@ -153,26 +218,41 @@ impl<'a> Reconstruction<'a> {
 }
 
 /// The corners of an element and those of its neighbours on its edges, in order.
-fn outline(polygon: &Polygon, near: &[Neighbour]) -> Vec<DVec3> {
-    let mut outline = Vec::with_capacity(8);
-    for (a, b) in polygon.edges() {
-        outline.push(a);
-        let along = b - a;
-        let length_squared = along.length_squared();
-        let mut between: Vec<(f64, DVec3)> = near
-            .iter()
-            .flat_map(|n| n.polygon.vertices())
-            .filter_map(|&v| {
-                let t = (v - a).dot(along) / length_squared;
-                let off = (v - a - along * t).length_squared();
-                let apart = SAME_POINT * SAME_POINT;
-                let inner = t * t * length_squared > apart && (1.0 - t) * (1.0 - t) * length_squared > apart;
-                (off <= apart && t > 0.0 && t < 1.0 && inner).then_some((t, v))
-            })
-            .collect();
-        between.sort_by(|x, y| x.0.total_cmp(&y.0));
-        between.dedup_by(|x, y| (x.0 - y.0) * (x.0 - y.0) * length_squared <= SAME_POINT * SAME_POINT);
-        outline.extend(between.into_iter().map(|(_, v)| v));
-    }
-    outline
+fn outline<'n>(
+    polygon: &Polygon,
+    near: impl Iterator<Item = &'n Neighbour> + Clone,
+) -> impl Iterator<Item = DVec3> {
+    polygon.edges().flat_map(move |(a, b)| {
+        let between = on_edge(a, b, near.clone());
+        std::iter::once(a).chain(between.into_iter().map(|(_, corner)| corner))
+    })
+}
+
+/// The corners of neighbours between two points, in order, each with the part of the way at which it lies.
+fn on_edge<'n>(a: DVec3, b: DVec3, near: impl Iterator<Item = &'n Neighbour>) -> Vec<(f64, DVec3)> {
+    let along = b - a;
+    let length_squared = along.length_squared();
+    let mut between: Vec<(f64, DVec3)> = near
+        .flat_map(|n| n.polygon.vertices())
+        .filter_map(|&v| {
+            let t = (v - a).dot(along) / length_squared;
+            let off = (v - a - along * t).length_squared();
+            let apart = SAME_POINT * SAME_POINT;
+            let inner = t * t * length_squared > apart && (1.0 - t) * (1.0 - t) * length_squared > apart;
+            (off <= apart && t > 0.0 && t < 1.0 && inner).then_some((t, v))
+        })
+        .collect();
+    between.sort_by(|x, y| x.0.total_cmp(&y.0));
+    between.dedup_by(|x, y| (x.0 - y.0) * (x.0 - y.0) * length_squared <= SAME_POINT * SAME_POINT);
+    between
+}
+
+/// Of the corners that are the same as this one, that which all of their elements choose.
+fn shared(corner: DVec3, near: &[Neighbour]) -> DVec3 {
+    let order = |a: &DVec3, b: &DVec3| {
+        a.x.total_cmp(&b.x).then_with(|| a.y.total_cmp(&b.y)).then_with(|| a.z.total_cmp(&b.z))
+    };
+    let same = near.iter().flat_map(|other| other.polygon.vertices()).copied();
+    let same = same.filter(|&v| v.distance_squared(corner) <= SAME_POINT * SAME_POINT);
+    same.min_by(order).unwrap_or(corner)
 }

@@ -91,11 +91,29 @@ pub enum Tone {
     Plain,
 }
 
+impl Tone {
+    /// As it is typed.
+    pub fn name(self) -> &'static str {
+        match self {
+            Tone::Filmic => "filmic",
+            Tone::Plain => "plain",
+        }
+    }
+
+    /// Exposed linear RGB as displayable linear RGB in `[0, 1]`; what is not a number counts as 0.
+    pub fn displayable(self, rgb: [f32; 3]) -> [f32; 3] {
+        match self {
+            Tone::Filmic => tone_map(rgb),
+            Tone::Plain => rgb.map(|c| if c > 0.0 { c.min(1.0) } else { 0.0 }),
+        }
+    }
+}
+
 /// The exposed picture without a tone curve: its colours from 0 to 1 as they are, for a display without an exposure. What
 /// is not a number counts as 0.
 pub fn plain(picture: &Picture, exposure: f32) -> Picture {
-    let shown = |c: &f32| if *c > 0.0 { (c * exposure).min(1.0) } else { 0.0 };
-    let pixels = picture.pixels.iter().map(|rgb| rgb.each_ref().map(shown)).collect();
+    let shown = |rgb: &[f32; 3]| Tone::Plain.displayable(rgb.map(|c| c * exposure));
+    let pixels = picture.pixels.iter().map(shown).collect();
     Picture { pixels, ..*picture }
 }
 

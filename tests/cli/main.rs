@@ -3,6 +3,7 @@
 mod check;
 mod compare;
 mod convergence;
+mod export;
 mod failures;
 mod layers;
 mod pages;

@@ -1,33 +1,14 @@
 // Looks at pages in a headless Chromium: look.mjs FOLDER PAGE... Screenshots go to FOLDER. First it looks at copies
 // with a planted fault each, which it has to refuse: a check that cannot fail says nothing.
 import { readFile, writeFile } from "node:fs/promises";
-import { tmpdir } from "node:os";
-import { basename, dirname, join } from "node:path";
-import { fileURLToPath, pathToFileURL } from "node:url";
-import chromium, { inflate, setupLambdaEnvironment } from "@sparticuz/chromium";
-import puppeteer from "puppeteer-core";
+import { basename, join } from "node:path";
+import { pathToFileURL } from "node:url";
 import { faultsOf } from "./faults.mjs";
 import { layout, slider, sorting } from "./checks.mjs";
+import { launch } from "./launch.mjs";
 
 const PHONE = 390;
-const DOES_NOT_START = 3;
 const VIEWS = [1200, PHONE].flatMap(width => ["light", "dark"].map(scheme => ({ width, scheme })));
-
-/** The browser, with the libraries and the fonts that come with it. */
-async function launch() {
-  const bin = join(dirname(fileURLToPath(import.meta.url)), "node_modules/@sparticuz/chromium/bin");
-  await inflate(join(bin, "al2023.tar.br"));
-  setupLambdaEnvironment(join(tmpdir(), "al2023", "lib"));
-  // In a container there may be no user to fall back to; only our own files are opened.
-  const args = ["--no-sandbox", "--disable-dev-shm-usage"];
-  const executablePath = await chromium.executablePath();
-  // Its own list of fonts names places that need not be there.
-  const fonts = join(tmpdir(), "fonts");
-  const places = `<dir>${join(fonts, "fonts")}</dir><cachedir>${join(fonts, "cache")}</cachedir>`;
-  await writeFile(join(fonts, "fonts.conf"), `<?xml version="1.0"?><fontconfig>${places}</fontconfig>`);
-  process.env.FONTCONFIG_PATH = fonts;
-  return puppeteer.launch({ args, executablePath, headless: "shell", timeout: 120_000 });
-}
 
 /** Everything that is wrong with a page as it is seen here; takes a screenshot when it is told where. */
 async function complaints(browser, file, { width, scheme }, screenshot) {
@@ -53,10 +34,7 @@ async function complaints(browser, file, { width, scheme }, screenshot) {
 }
 
 const [folder, ...files] = process.argv.slice(2);
-const browser = await launch().catch(error => {
-  console.log(error.message);
-  process.exit(DOES_NOT_START);
-});
+const browser = await launch();
 let failed = 0;
 try {
   console.log(await browser.version());

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{MachineArgs, SolutionArgs};
+use super::{MachineArgs, SolutionArgs, ToneArg, positive};
 use crate::scene::MaterialChange;
 
 #[derive(Debug, Args)]
@@ -54,6 +54,36 @@ pub(in crate::cli) struct RelightArgs {
     /// Write the statistics of the run as JSON
     #[arg(long, value_name = "FILE", help_heading = "Report")]
     pub(in crate::cli) stats: Option<PathBuf>,
+    /// Print nothing but errors
+    #[arg(short, long, help_heading = "Report")]
+    pub(in crate::cli) quiet: bool,
+}
+
+#[derive(Debug, Args)]
+#[group(id = "models", required = true, multiple = true, args = ["glb", "ply"])]
+pub(in crate::cli) struct ExportArgs {
+    /// Solution file that `lightshaft solve` or `relight` wrote
+    #[arg(value_name = "SOLUTION")]
+    pub(in crate::cli) stored: PathBuf,
+    /// Model to write (.glb): triangles with the light in the colours of their vertices, and the cameras
+    #[arg(long, value_name = "FILE")]
+    pub(in crate::cli) glb: Option<PathBuf>,
+    /// Model to write (.ply): triangles with exitance in W/m² at their vertices
+    #[arg(long, value_name = "FILE")]
+    pub(in crate::cli) ply: Option<PathBuf>,
+    /// Multiplier on linear radiance for colours [default: chosen for all cameras of the scene together]
+    #[arg(long, value_name = "X", value_parser = positive, allow_negative_numbers = true)]
+    pub(in crate::cli) exposure: Option<f64>,
+    /// How exposed radiance becomes colours
+    #[arg(long, value_name = "TONE", value_enum, default_value_t = ToneArg::Plain)]
+    pub(in crate::cli) tone: ToneArg,
+    /// The scene that was solved, when it is not where it was, seen from the solution file
+    #[arg(long, value_name = "FILE")]
+    pub(in crate::cli) scene: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub(in crate::cli) machine: MachineArgs,
+
     /// Print nothing but errors
     #[arg(short, long, help_heading = "Report")]
     pub(in crate::cli) quiet: bool,

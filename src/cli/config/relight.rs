@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::super::args::{ExactnessArgs, QualityArg, RelightArgs, SolutionArgs, VisibilityArg};
+use super::super::args::RelightArgs;
 use super::super::errors::CliError;
 use super::{RunConfig, check_distinct, check_extension, usage};
 use crate::radiosity::Reuse;
@@ -38,19 +38,8 @@ impl RelightConfig {
             let key = if change.radiance.is_some() { "radiance" } else { "reflectance" };
             return usage(&format!("--set {}.{key} is given twice", change.name));
         }
-        // All that is said here about solving is what the file says.
-        let exactness = ExactnessArgs {
-            quality: QualityArg::Normal,
-            epsilon: None,
-            min_size: None,
-            iterations: None,
-            certify: false,
-            one_sided: false,
-        };
-        let solution = SolutionArgs { exactness, rays: None, visibility: VisibilityArg::Adaptive };
         let outputs = [Some(&output), stats.as_ref()].into_iter().flatten().cloned().collect();
-        let run = RunConfig::check(PathBuf::new(), outputs, solution, machine, quiet)?;
-        let run = RunConfig { stored: Some(stored.clone()), ..run };
+        let run = RunConfig::of_stored(stored.clone(), outputs, machine, quiet)?;
         let reuse = if refine { Reuse::Refined } else { Reuse::Links };
         Ok(Self { run, stored, scene, changes, reuse, output, stats })
     }
