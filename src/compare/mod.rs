@@ -41,8 +41,8 @@ use crate::radiosity::{self, SolveOptions};
 use crate::scene::Camera;
 use crate::tracer::Tracer;
 
-/// The solutions agree when the mean difference of their exitance is no more than this, relative to what surfaces reflect
-/// in the mean: the share of the light that lands elsewhere.
+/// Without rays that were answered differently, the mean difference of exitance may be no more than this, relative to what
+/// surfaces reflect in the mean.
 pub const EXITANCE_LIMIT: f64 = 0.005;
 
 /// Kinds of rays that the solutions follow from.
@@ -88,23 +88,26 @@ impl Comparison {
         self.rays.total().wrong == [0, 0]
     }
 
-    /// Whether the light is the same but for what rounding may bring about.
-    pub fn light_agrees(&self) -> bool {
-        // What is not a number does not agree.
-        self.exitance.relative(self.exitance.mean) <= EXITANCE_LIMIT
+    /// Whether a ray of the solutions was answered differently: then links and light may differ, as much as it matters.
+    fn rays_differ(&self) -> bool {
+        let is_of_solution = |tally: &&Tally| OF_SOLUTIONS.contains(&tally.name.as_str());
+        self.rays.tallies.iter().filter(is_of_solution).any(|tally| tally.differing > 0)
     }
 
-    /// Whether the links are the same, or a ray of the solutions was answered differently: nothing else may make them
-    /// differ.
+    /// Whether the light is a number everywhere, and differs by no more than [`EXITANCE_LIMIT`] or because rays do.
+    pub fn light_is_explained(&self) -> bool {
+        let mean = self.exitance.relative(self.exitance.mean);
+        mean <= EXITANCE_LIMIT || mean.is_finite() && self.rays_differ()
+    }
+
+    /// Whether the links are the same, or differ because rays do: nothing else may make them differ.
     pub fn links_are_explained(&self) -> bool {
-        let is_of_solution = |tally: &&Tally| OF_SOLUTIONS.contains(&tally.name.as_str());
-        let mut tallies = self.rays.tallies.iter().filter(is_of_solution);
-        self.links.are_same() || tallies.any(|tally| tally.differing > 0)
+        self.links.are_same() || self.rays_differ()
     }
 
     /// Whether the tracers agree.
     pub fn agrees(&self) -> bool {
-        self.rays_agree() && self.light_agrees() && self.links_are_explained()
+        self.rays_agree() && self.light_is_explained() && self.links_are_explained()
     }
 }
 
@@ -160,4 +163,29 @@ pub fn compare(
         speed,
     };
     (comparison, pictures)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Light that differs by `mean`, and links that do or not; of the shadow rays some were answered differently.
+    fn found(differing: u64, mean: f64, only: u64) -> Comparison {
+        let name = OF_SOLUTIONS[0].to_owned();
+        let tally = Tally { name, traced: 100, differing, renamed: 7, ..Tally::default() };
+        Comparison {
+            rays: RayComparison { tallies: vec![tally], ..RayComparison::default() },
+            links: LinkDifferences { only: [only, 0], ..LinkDifferences::default() },
+            exitance: ExitanceDifference { mean_reflected: 1.0, mean, ..ExitanceDifference::default() },
+            ..Comparison::default()
+        }
+    }
+
+    #[test]
+    fn what_no_ray_explains_is_a_disagreement() {
+        assert!(found(0, 0.0, 0).agrees() && found(0, 0.004, 0).agrees());
+        assert!(!found(0, 0.1, 0).agrees() && !found(0, 0.0, 1).agrees());
+        assert!(found(1, 0.1, 1).agrees(), "a ray within the tolerance may change links and light");
+        assert!(!found(1, f64::NAN, 0).agrees() && !found(1, f64::INFINITY, 0).agrees());
+    }
 }

@@ -101,7 +101,7 @@ fn figures_that_are_not_numbers_and_no_runs_at_all_make_a_page() {
         assert!(page.trim_end().ends_with("</html>"), "{page}");
     }
     let page = compare_page(report(0, f64::NAN), "room");
-    assert!(page.contains("The tracers disagree: NaN % of the light lands elsewhere"), "{page}");
+    assert!(page.contains("The tracers disagree: the light differs by NaN %"), "{page}");
 }
 
 #[test]
