@@ -47,7 +47,7 @@ pub struct Relit {
     pub untested: u64,
     /// Share of the light that comes over links which the new light would have divided further.
     pub coarse: f64,
-    /// Share of the light that falls where there was little before: on elements that receive several times as much
+    /// Share of the light that falls where there was little before: on sides of facets that receive several times as much
     /// now, in proportion to all light.
     pub moved: f64,
 }
@@ -68,8 +68,7 @@ pub fn relight(
     let options =
         SolveOptions { iterations: options.iterations.max(ITERATIONS), record: Record::Nothing, ..*options };
     let (bright_before, sent_before) = (brightness(&before), before.sent(&forest));
-    let leaves_before: Vec<usize> = forest.leaves().collect();
-    let received_before = received(&before, &forest, &leaves_before);
+    let received_before = received(hierarchy, &before, &forest);
     drop(before);
     let untested = Cell::new(0);
     let is_refined = |forest: &Forest, links: &LinkSet, light: &Light| {
@@ -99,14 +98,15 @@ pub fn relight(
     };
     let solution = iterate(hierarchy, tracer, beginning, &options, square_meters, progress);
     let coarse = coarse_share(hierarchy, tracer, &solution, &options);
-    // Elements that are divided since then hold the mean of their parts.
-    let moved = moved_share(&received_before, &received(&solution.light, &solution.forest, &leaves_before));
+    let moved = moved_share(&received_before, &received(hierarchy, &solution.light, &solution.forest));
     Relit { solution, untested: untested.get(), coarse, moved }
 }
 
-/// Power that elements receive, largest channel, local areas.
-fn received(light: &Light, forest: &Forest, elements: &[usize]) -> Vec<f64> {
-    elements.iter().map(|&e| f64::from(light.irradiance[e].max_element() * forest.area[e])).collect()
+/// Power that each side of a facet receives, largest channel, local areas. Elements have other numbers when links are
+/// refined.
+fn received(hierarchy: &Hierarchy, light: &Light, forest: &Forest) -> Vec<f64> {
+    let roots = (0..forest.side_count()).map(|side| forest.root(hierarchy, side).cell as usize);
+    roots.map(|e| f64::from(light.irradiance[e].max_element() * forest.area[e])).collect()
 }
 
 /// Share of the power now that is received where there was little, see [`RISEN`].
@@ -164,4 +164,18 @@ fn coarse_share(
         .collect();
     let [all, coarse] = sums.iter().fold([0.0; 2], |[a, b], [c, d]| [a + c, b + d]);
     coarse / all.max(f64::MIN_POSITIVE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn light_has_moved_where_it_falls_on_what_was_dark() {
+        assert!(moved_share(&[10.0, 0.1], &[0.1, 10.0]) > 0.98);
+        assert_eq!(moved_share(&[10.0, 0.0], &[10.0, 10.0]), 0.5);
+        for now in [[100.0, 1.0], [0.1, 0.001], [10.0, 0.3], [0.0, 0.0]] {
+            assert_eq!(moved_share(&[10.0, 0.1], &now), 0.0);
+        }
+    }
 }

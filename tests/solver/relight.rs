@@ -138,7 +138,7 @@ fn what_was_dark_and_shines_is_tested() {
 }
 
 #[test]
-fn light_from_elsewhere_is_said_to_be_coarse_and_moved() {
+fn light_from_elsewhere_is_said_to_be_coarse() {
     let case = Case::load("cornell-box");
     let options = rough(Strategy::Adaptive);
     let solve = || case.solve(&case.fallback(), &options);
@@ -152,7 +152,6 @@ fn light_from_elsewhere_is_said_to_be_coarse_and_moved() {
     let [kept, divided] = [&links, &refined].map(|relit| difference(&other, &anew, &relit.solution));
     assert!(links.coarse > 0.3 && refined.coarse < 0.5 * links.coarse, "{} {}", links.coarse, refined.coarse);
     assert!(kept < 0.4 && divided < 0.7 * kept, "{kept} {divided}");
-    assert!(links.moved > 0.1 && refined.moved > 0.1, "{} {}", links.moved, refined.moved);
     assert!(refined.solution.links.links.len() > links.solution.links.links.len());
 }
 
