@@ -118,6 +118,14 @@ impl Content {
     }
 }
 
+/// A nameless file in the folder of `path`, for what has to wait until it can be written there.
+///
+/// # Errors
+/// When the folder is missing or not writable, or the disk is full.
+pub fn kept_aside(path: &Path) -> io::Result<File> {
+    tempfile::tempfile_in(folder_of(path)).map_err(|error| error.kind().into())
+}
+
 /// The folder that a path names its file in.
 pub fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))

@@ -21,7 +21,7 @@ use super::lit::{Display, Exported, LitScene, Part, too_far};
 use crate::image::write::{OutputError, write_atomically};
 use crate::progress::Progress;
 use crate::scene;
-use crate::unfinished::folder_of;
+use crate::unfinished::kept_aside;
 
 const MAGIC: [u8; 4] = *b"glTF";
 const VERSION: u32 = 2;
@@ -49,8 +49,7 @@ pub fn write_glb(
     let mut exported = Exported::default();
     write_atomically(path, |file| {
         // The JSON comes first and tells what is in the rest, which is therefore kept aside meanwhile.
-        let aside = tempfile::tempfile_in(folder_of(path)).map_err(|error| io::Error::from(error.kind()))?;
-        let mut binary = BufWriter::new(aside);
+        let mut binary = BufWriter::new(kept_aside(path)?);
         let mut model = Model::default();
         lit.for_each_part(progress, |part| model.add(part, display, &mut binary))?;
         let mut binary = binary.into_inner().map_err(io::IntoInnerError::into_error)?;

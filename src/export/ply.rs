@@ -8,7 +8,7 @@ use super::lit::{Display, Exported, LitScene, Part};
 use crate::image::tone::srgb_from_linear;
 use crate::image::write::{OutputError, write_atomically};
 use crate::progress::Progress;
-use crate::unfinished::folder_of;
+use crate::unfinished::kept_aside;
 
 /// 3 × 8 bytes of position, 3 of colour, 3 × 4 of exitance.
 const VERTEX: usize = 39;
@@ -30,8 +30,8 @@ pub fn write_ply(
     let mut exported = Exported::default();
     write_atomically(path, |file| {
         // The header has the counts and faces come after all vertices, so both are kept aside meanwhile.
-        let aside = || tempfile::tempfile_in(folder_of(path)).map_err(|error| io::Error::from(error.kind()));
-        let (mut vertices, mut faces) = (BufWriter::new(aside()?), BufWriter::new(aside()?));
+        let [mut vertices, mut faces] =
+            [BufWriter::new(kept_aside(path)?), BufWriter::new(kept_aside(path)?)];
         lit.for_each_part(progress, |part| {
             let first = exported.vertices;
             exported.vertices += part.vertices.len() as u64;

@@ -210,17 +210,13 @@ impl Hierarchy {
 
     /// Fills in area and centre of every node, from the leaves up, and the sums of areas.
     fn measure_nodes(&mut self) {
-        let sum = |sum: &mut f64, facet: u32| {
-            *sum += self.polygon(facet).area();
-            Some(*sum)
-        };
-        let sums = (0..self.facets.len() as u32).scan(0.0, sum);
-        self.area_before = std::iter::once(0.0).chain(sums).collect();
+        self.area_before = vec![0.0; self.facets.len() + 1];
         for index in (0..self.nodes.len()).rev() {
             let node = self.nodes[index];
             let (area, moment) = if node.is_leaf() {
                 let polygon = self.polygon(node.first);
                 let area = polygon.area();
+                self.area_before[node.end as usize] = area;
                 (area, polygon.center() * area)
             } else {
                 let [a, b] = self.nodes[index].children(index as u32).map(|c| &self.nodes[c as usize]);
@@ -230,6 +226,9 @@ impl Hierarchy {
             let node = &mut self.nodes[index];
             node.area = area as f32;
             node.center = if area > 0.0 { (moment / area).as_vec3() } else { node.bounds.center().as_vec3() };
+        }
+        for facet in 0..self.facets.len() {
+            self.area_before[facet + 1] += self.area_before[facet];
         }
     }
 

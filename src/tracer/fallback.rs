@@ -1,7 +1,7 @@
 //! The tracer in Rust alone, for machines without Embree and as a second opinion: a binary tree (`obvhs`)
 //! with the triangle test of this room. Segments of a packet walk the tree together, in SIMD lanes.
 
-use super::lanes::Lanes;
+use super::lanes::{LEAST_DIRECTION, Lanes};
 use super::triangle::Probe;
 use super::{Candidates, FilterAudit, Hit, NO_FACET, PACKET, Ray, Segment, TraceMesh, Tracer};
 use crate::math::Aabb;
@@ -14,9 +14,6 @@ const BOX_MARGIN: f32 = 1e-6;
 
 /// Lanes for a packet with no more segments.
 const FEW: usize = 4;
-
-/// What is less in a direction counts as 0.
-const LEAST_DIRECTION: f32 = 1e-18;
 
 /// Traces through a tree of boxes.
 pub struct FallbackTracer {

@@ -5,8 +5,8 @@
 use super::Segment;
 use glam::Vec3;
 
-/// What is less in a direction counts as this much.
-const LEAST_DIRECTION: f32 = 1e-18;
+/// What is less in a direction is as good as 0: its inverse is that of this.
+pub(super) const LEAST_DIRECTION: f32 = 1e-18;
 
 /// Ranges of a box grow by this share: two subtractions, two inverses and two products, each rounded.
 const BOX_SLACK: f32 = 1.0 + 1e-6;
