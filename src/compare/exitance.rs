@@ -6,11 +6,21 @@ use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
 
+/// Differences of less than this share of what is reflected where light falls are not counted by area.
+const NOTICED: f64 = 0.01;
+
 /// Difference of exitance, W/m²; of three channels the one where it is largest, means over the area.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ExitanceDifference {
-    /// Mean of what surfaces reflect in the first solution: what differences are relative to.
+    /// Mean of what surfaces reflect in the first solution: what the mean difference is relative to.
     pub mean_reflected: f64,
+    /// Root mean square of what they reflect: what that of the difference is relative to.
+    pub rms_reflected: f64,
+    /// Mean of what they reflect over the light that is reflected, not over the area: what a single place is relative
+    /// to. A dark ground that is far larger than the rooms on it hardly counts.
+    pub lit_reflected: f64,
+    /// What all light is scaled by in each solution, so that none is lost.
+    pub factors: [f64; 2],
     /// Mean: relative to what is reflected, the share of the light that lands elsewhere.
     pub mean: f64,
     /// Root of the mean square.
@@ -19,26 +29,36 @@ pub struct ExitanceDifference {
     pub bias: f64,
     /// The largest.
     pub max: f64,
-    /// Share of the area, from 0 to 1, where the difference is more than 1 % of the mean.
+    /// Share of the area, from 0 to 1, where the difference is more than 1 % of `lit_reflected`.
     pub noticed_area: f64,
     /// Where the largest is; empty when there is none.
     pub worst: String,
 }
 
 impl ExitanceDifference {
-    /// A difference relative to the mean.
+    /// A mean difference relative to what is reflected in the mean.
     pub fn relative(&self, difference: f64) -> f64 {
         difference / self.mean_reflected.max(f64::MIN_POSITIVE)
     }
 
+    /// The root mean square of the difference, relative to that of what is reflected.
+    pub fn relative_rms(&self) -> f64 {
+        self.rms / self.rms_reflected.max(f64::MIN_POSITIVE)
+    }
+
+    /// The largest difference, relative to what is reflected where light falls.
+    pub fn relative_max(&self) -> f64 {
+        self.max / self.lit_reflected.max(f64::MIN_POSITIVE)
+    }
+
     /// Compares the leaves of both forests; where one is finer it is compared leaf by leaf.
     pub fn between(hierarchy: &Hierarchy, [first, second]: [&Solution; 2]) -> ExitanceDifference {
-        let mean = mean_reflected(hierarchy, first);
+        let reflected = Reflected::of(hierarchy, first);
         let sides: Vec<Sums> = (0..first.forest.side_count())
             .into_par_iter()
             .map(|side| {
                 let roots = [first, second].map(|solution| solution.forest.root(hierarchy, side));
-                let mut sums = Sums { noticed: 0.01 * mean, ..Sums::default() };
+                let mut sums = Sums { noticed: NOTICED * reflected.lit, ..Sums::default() };
                 sums.descend([first, second], roots);
                 sums
             })
@@ -48,7 +68,10 @@ impl ExitanceDifference {
         sides.iter().for_each(|sums| all.add(sums));
         let area = all.area.max(f64::MIN_POSITIVE);
         ExitanceDifference {
-            mean_reflected: mean,
+            mean_reflected: reflected.mean,
+            rms_reflected: reflected.rms,
+            lit_reflected: reflected.lit,
+            factors: [first, second].map(|solution| f64::from(solution.factor)),
             mean: all.sum / area,
             rms: (all.squares / area).sqrt(),
             bias: all.signed / area,
@@ -61,17 +84,39 @@ impl ExitanceDifference {
     }
 }
 
-/// Over the leaf elements; of the brightest channel.
-fn mean_reflected(hierarchy: &Hierarchy, solution: &Solution) -> f64 {
-    let (forest, exitance) = (&solution.forest, &solution.light.exitance);
-    let (mut power, mut area) = (DVec3::ZERO, 0.0);
-    for side in 0..forest.side_count() {
-        let emitted = hierarchy.emitted(forest.side(side));
-        let root = forest.first_element[side] as usize;
-        power += (exitance[root] - emitted).as_dvec3() * forest.area[root] as f64;
-        area += forest.area[root] as f64;
+/// What surfaces reflect in one solution, of the brightest channel.
+struct Reflected {
+    /// Mean over the area.
+    mean: f64,
+    /// Root mean square over the area.
+    rms: f64,
+    /// Mean over the light.
+    lit: f64,
+}
+
+impl Reflected {
+    fn of(hierarchy: &Hierarchy, solution: &Solution) -> Reflected {
+        let (forest, exitance) = (&solution.forest, &solution.light.exitance);
+        let (mut power, mut sum, mut squares, mut area) = (DVec3::ZERO, 0.0, 0.0, 0.0);
+        for side in 0..forest.side_count() {
+            let emitted = hierarchy.emitted(forest.side(side));
+            let elements = forest.first_element[side] as usize..forest.first_element[side + 1] as usize;
+            for element in elements.filter(|&element| forest.second[element] == 0) {
+                let reflected = (exitance[element] - emitted).as_dvec3();
+                let (own, most) = (f64::from(forest.area[element]), reflected.max_element());
+                power += reflected * own;
+                sum += most * own;
+                squares += most * most * own;
+                area += own;
+            }
+        }
+        let over = |whole: f64, part: f64| whole / part.max(f64::MIN_POSITIVE);
+        Reflected {
+            mean: over(power.max_element(), area),
+            rms: over(squares, area).sqrt(),
+            lit: over(squares, sum),
+        }
     }
-    (power / area.max(f64::MIN_POSITIVE)).max_element()
 }
 
 #[derive(Default)]
@@ -204,6 +249,32 @@ mod tests {
         assert!((found.mean - 3.0 * share).abs() < 1e-5, "{found:?}");
         assert!((found.bias + share).abs() < 1e-5, "{found:?}");
         assert_eq!(found.worst, place(&hierarchy, &first.forest, (hierarchy.nodes.len() + leaf) as u32));
+    }
+
+    /// A ground that is a hundred times as large as all else, and dark, changes neither of the two.
+    #[test]
+    fn a_dark_ground_makes_no_difference_look_larger() {
+        let hierarchy = hierarchy();
+        let (first, mut second) = (solution(&hierarchy, 2e-2), solution(&hierarchy, 2e-2));
+        let leaf = (0..first.forest.len()).rfind(|&e| first.forest.second[e] == 0).expect("a leaf");
+        second.light.exitance[leaf] *= 2.0;
+        let of = |pair: [&Solution; 2]| {
+            let found = ExitanceDifference::between(&hierarchy, pair);
+            (found.relative(found.max), found.relative_rms(), found.relative_max())
+        };
+        let (_, rms, max) = of([&first, &second]);
+        let side = (0..first.forest.side_count())
+            .find(|&side| first.forest.side_of(leaf as u32) != side)
+            .expect("another side");
+        let [first, second] = [first, second].map(|mut solution| {
+            let elements =
+                solution.forest.first_element[side] as usize..solution.forest.first_element[side + 1] as usize;
+            solution.light.exitance[elements.clone()].fill(glam::Vec3::ZERO);
+            solution.forest.area[elements].iter_mut().for_each(|area| *area *= 1000.0);
+            solution
+        });
+        let (naive, dark_rms, dark_max) = of([&first, &second]);
+        assert!(dark_max < 2.0 * max && dark_rms < 2.0 * rms && naive > 20.0 * dark_max, "{naive} {dark_max} {max}");
     }
 
     #[test]

@@ -17,8 +17,11 @@ use crate::tracer::NO_FACET;
 
 mod rows;
 
-/// Differences of light above this share of the mean are worth a word even where they are rare.
+/// Differences of light above this share of what is reflected where light falls are worth a word even where they are rare.
 const NOTICED: f64 = 0.1;
+
+/// Light that is brighter or darker as a whole by more than this share is worth a word.
+const FELT: f64 = 1e-3;
 
 /// One ray of a replay file, traced again.
 pub struct ReplayedRay {
@@ -201,7 +204,7 @@ pub fn facet_name(hierarchy: &Hierarchy, facet: u32) -> String {
 
 impl CompareReport {
     /// Version of the record; another one where a field has another meaning or is gone.
-    pub const FORMAT: u32 = 2;
+    pub const FORMAT: u32 = 3;
 
     /// What was found, with places in scene units; not what it was made with.
     pub fn new(
@@ -322,8 +325,8 @@ impl CompareReport {
         );
         let most = match light.max > 0.0 {
             true => format!(
-                "; at the worst place it differs by {} the mean",
-                times_or_share(light.relative(light.max))
+                "; at the worst place it differs by {} what is reflected where light falls",
+                times_or_share(light.relative_max())
             ),
             false => String::new(),
         };
@@ -345,16 +348,26 @@ impl CompareReport {
     /// Why the light differs where no ray is wrong.
     fn sensitive(&self) -> String {
         let light = &self.exitance;
-        let is_right = self.rays.last().is_some_and(|total| total.wrong == [0, 0]);
-        match is_right && light.relative(light.max) > NOTICED {
-            true => {
-                format!(
-                    " No ray is wrong: few rays decide there, and what rounding makes of one of them matters: {}.",
-                    light.worst
-                )
-            }
-            false => String::new(),
+        let mut text = String::new();
+        if self.rays.last().is_none_or(|total| total.wrong != [0, 0]) {
+            return text;
         }
+        let (all, [a, b]) = (light.relative(light.bias), light.factors);
+        if all.abs() > FELT && light.bias.abs() > 0.5 * light.mean && (b - a) * all > 0.0 {
+            let than = if all > 0.0 { "brighter" } else { "darker" };
+            text += &format!(
+                " Most of that is a factor on all light, which keeps any from being lost: rays find it, {a:.4} and {b:.4}, \
+                 and with its bounces the light of the second is {:.2} % {than} in the mean.",
+                100.0 * all.abs()
+            );
+        }
+        if light.relative_max() > NOTICED {
+            text += &format!(
+                " No ray is wrong: few rays decide at the worst place, and what rounding makes of one of them matters: {}.",
+                light.worst
+            );
+        }
+        text
     }
 
     /// How the tracers compare in speed; medians, and half of the range of the ratio.
@@ -404,6 +417,9 @@ pub(super) mod tests {
         let tally = Tally { name: "all".to_owned(), traced: 900, wrong: [0, wrong], ..Tally::default() };
         let exitance = ExitanceDifference {
             mean_reflected: 2.0,
+            rms_reflected: 2.0,
+            lit_reflected: 2.0,
+            factors: [1.0; 2],
             mean,
             rms: 2.0 * mean,
             max: 3.0 * mean,
@@ -453,7 +469,7 @@ pub(super) mod tests {
         for part in [
             "Of 900 rays",
             "The light differs by 0.0500 % of what is reflected, in the mean over the area; at the worst place it differs by \
-             0.1500 % of the mean.",
+             0.1500 % of what is reflected where light falls.",
             "0 where a facet is seen edge-on, and 0 wrong",
             "embree casts 2.00 times as many",
             "is 2.00 times (±10 %) as fast in solving and 1.00 times in rendering",
@@ -506,10 +522,16 @@ pub(super) mod tests {
             );
             assert!(!objection.contains("worst:"), "{objection}");
         }
-        let said = "few rays decide there";
+        let said = "few rays decide at the worst place";
         let explained = CompareReport { agree: true, unexplained_light: false, ..report(0, 0.1) }.text();
         assert!(explained.contains("The tracers agree.") && explained.contains(said), "{explained}");
         assert!(!report(1, 0.1).text().contains(said) && !report(0, 0.001).text().contains(said));
+        let mut darker = report(0, 0.02);
+        (darker.exitance.bias, darker.exitance.factors) = (-0.016, [1.02, 1.01]);
+        let words = darker.words();
+        assert!(words.contains("1.0200 and 1.0100") && words.contains("0.80 % darker"), "{words}");
+        darker.exitance.factors = [1.01, 1.02];
+        assert!(!darker.words().contains("a factor on all light"), "that would make it brighter");
     }
 
     #[test]

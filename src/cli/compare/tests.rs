@@ -171,7 +171,7 @@ fn one_dropped_candidate_ends_with_code_9_and_is_named() {
                 shadow_rays.traced,
                 report.links.count_of_all(),
                 report.exitance.relative(report.exitance.mean),
-                report.exitance.relative(report.exitance.rms)
+                report.exitance.relative_rms()
             );
             assert!(!report.unexplained_links, "{}", report.text());
             if answered.is_ok() {

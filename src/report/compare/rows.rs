@@ -69,9 +69,15 @@ impl CompareReport {
                 String::new(),
             ),
             alone("exitance, mean", percent(light.relative(light.mean)), String::new()),
-            alone("exitance, root mean square", percent(light.relative(light.rms)), String::new()),
+            alone("exitance, root mean square", percent(light.relative_rms()), String::new()),
             alone("exitance, second brighter", percent(light.relative(light.bias)), String::new()),
-            alone("exitance, largest", percent(light.relative(light.max)), light.worst.clone()),
+            alone("exitance, largest", percent(light.relative_max()), light.worst.clone()),
+            row(
+                "exitance, factor on all",
+                light.factors.map(|factor| format!("{factor:.4}")),
+                percent(light.factors[1] / light.factors[0].max(f64::MIN_POSITIVE) - 1.0),
+                String::new(),
+            ),
             alone("exitance, area above 1 %", percent(light.noticed_area), String::new()),
             alone("picture, root mean square", percent(picture.relative(picture.rmse)), String::new()),
             alone(
