@@ -18,6 +18,7 @@ mod regenerate {
         "rtcGetDeviceProperty",
         "rtcGetDeviceError",
         "rtcSetDeviceErrorFunction",
+        "rtcSetDeviceMemoryMonitorFunction",
         "rtcNewScene",
         "rtcReleaseScene",
         "rtcSetSceneFlags",

@@ -9,7 +9,7 @@ use super::console;
 use super::errors::CliError;
 use super::folder::{check_folder, make_folder};
 use super::setup::{self, setup};
-use super::solved::{Built, Loaded, in_pool, solve_options};
+use super::solved::{Loaded, in_pool, solve_options};
 use crate::compare::{
     CompareOptions, Comparison, Disagreement, Question, Referee, ReplayError, ReplayFile, Replayed, Standing,
     ask, candidates, compare, difference_picture, distance_to_change, write_replay,
@@ -52,7 +52,6 @@ fn run_in_pool(config: &CompareConfig, progress: &dyn Progress) -> Result<(), Cl
     let camera = choose_camera(&loaded.scene, config.camera.as_deref(), &config.view)?;
     let hierarchy = Hierarchy::build(&loaded.scene, config.run.solve.one_sided, progress);
     let built = both(config, &loaded, &hierarchy, progress)?;
-    let tracer_bytes = built.each_ref().map(|&(_, bytes)| bytes);
     let options = CompareOptions {
         solve: solve_options(&config.run.solve),
         rays: config.rays as usize,
@@ -62,18 +61,20 @@ fn run_in_pool(config: &CompareConfig, progress: &dyn Progress) -> Result<(), Cl
         render: RenderOptions { samples: config.view.samples(config.run.solve.quality), view: View::Shaded },
         square_meters: hierarchy.square_meters_per_unit(loaded.scene.meters_per_unit),
     };
-    let tracers = built.each_ref().map(|(tracer, _)| tracer.as_ref());
+    let tracers = built.each_ref().map(|tracer| tracer.as_ref());
     let (found, pictures) = compare(&hierarchy, tracers, &options, progress);
     let names = tracers.map(|tracer| tracer.name());
     let threads = rayon::current_num_threads();
     let mut setup = setup(&config.run, &loaded, &hierarchy);
     setup.values.extend(setup::visibility(&config.run));
     setup.values.extend(setup::view(&options.camera, options.render.samples));
+    setup.values.push(Setting::new("exposure", "chosen from the first picture"));
+    setup.values.push(Setting::new("tracers", names.join(", ")));
     setup.values.push(Setting::new("rays made by rule", config.rays.to_string()));
     setup.values.push(Setting::new("rays timed", times(config.repeats)));
     setup.values.push(Setting::new("solved and rendered", times(config.solves)));
     let report = CompareReport::new(&loaded.scene.name, names, threads, &hierarchy, &found);
-    answer(config, &hierarchy, &found, &CompareReport { setup, tracer_bytes, ..report }, &pictures)
+    answer(config, &hierarchy, &found, &CompareReport { setup, ..report }, &pictures)
 }
 
 /// Writes and prints what was found, whatever it is.
@@ -122,7 +123,7 @@ fn both(
     loaded: &Loaded,
     hierarchy: &Hierarchy,
     progress: &dyn Progress,
-) -> Result<[Built; 2], CliError> {
+) -> Result<[Box<dyn Tracer>; 2], CliError> {
     progress.start("build", 0);
     let tracer = |kind| loaded.tracer(&config.run, kind, hierarchy);
     let tracers = tracer(TracerArg::Embree).and_then(|native| Ok([native, tracer(TracerArg::Fallback)?]));
@@ -160,10 +161,14 @@ fn replay(config: &CompareConfig, file: &Path, progress: &dyn Progress) -> Resul
     let hierarchy = Hierarchy::build(&loaded.scene, config.run.solve.one_sided, progress);
     let rays = recorded.rays(&hierarchy.mesh).map_err(replay_failure)?;
     let built = both(config, &loaded, &hierarchy, progress)?;
-    let tracers = built.each_ref().map(|(tracer, _)| tracer.as_ref());
+    let tracers = built.each_ref().map(|tracer| tracer.as_ref());
     let (referee, names) = (Referee::new(&hierarchy.mesh), tracers.map(|tracer| tracer.name()));
     let count = counted(rays.len() as u64, "ray");
-    let mut text = format!("{}: {count} of {}\n", loaded.scene.name, file.display());
+    let mut text = format!(
+        "{}: {count} of {}, each asked twice in one packet and alone; its neighbours in the packet of the solution are not kept\n",
+        loaded.scene.name,
+        file.display()
+    );
     let mut wrong = 0;
     for (number, ray) in (1..).zip(rays) {
         let replayed = replayed(&hierarchy, &referee, tracers, ray);
@@ -184,7 +189,8 @@ fn replay(config: &CompareConfig, file: &Path, progress: &dyn Progress) -> Resul
     }
 }
 
-/// A ray among others and alone: the two are traced in different ways.
+/// A ray twice in one packet, and alone: the two are traced in different ways. Its neighbours in the packet of the solution
+/// are not known any more.
 fn replayed(
     hierarchy: &Hierarchy,
     referee: &Referee<'_>,

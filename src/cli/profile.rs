@@ -1,12 +1,13 @@
 //! `profile`: the same scene with several strategies, tracers and numbers of rays.
 
-use super::args::VisibilityArg;
+use super::args::{TracerArg, VisibilityArg};
 use super::config::{ProfileConfig, SolveConfig};
 use super::console;
 use super::errors::CliError;
 use super::probe::{Target, compared, probe_all};
 use super::setup::{self, setup};
-use super::solved::{Built, Loaded, in_pool, link_stats, solve_options};
+use super::solved::{Loaded, in_pool, link_stats, solve_options};
+use crate::compare::warm_up;
 use crate::gather::Gatherer;
 use crate::hierarchy::Hierarchy;
 use crate::image::write::{OutputError, check_destination, png_bytes};
@@ -17,7 +18,8 @@ use crate::radiosity::{self, Record, Solution, SolveOptions, VisibilityError};
 use crate::report::detail::RunDetail;
 use crate::report::html::ShownMap;
 use crate::report::profile::{NO_TRACER, Profile, ProfiledRun, Spread};
-use crate::report::text::counted;
+use crate::report::setup::Setting;
+use crate::report::text::{counted, times};
 use crate::report::trace::{self, Stage};
 use crate::report::{html, json, plot};
 use crate::scene::Camera;
@@ -52,33 +54,36 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
     let loaded = Loaded::load(&config.run, &both)?;
     let hierarchy = Hierarchy::build(&loaded.scene, config.run.solve.one_sided, &both);
     both.start("build", 0);
-    let tracers = config.tracers.iter().map(|&kind| loaded.tracer(&config.run, kind, &hierarchy));
+    let mut kinds: Vec<TracerArg> = Vec::new();
+    for &kind in &config.tracers {
+        let kind = meant(kind, &loaded, &config.tracers);
+        if !kinds.contains(&kind) {
+            kinds.push(kind);
+        }
+    }
+    let tracers = kinds.into_iter().map(|kind| loaded.tracer(&config.run, kind, &hierarchy));
     let tracers = tracers.collect::<Result<Vec<_>, _>>();
     both.finish();
     let tracers = each_once(tracers?);
     let target = target.as_ref();
-    let bench = Bench {
-        config,
-        loaded: &loaded,
-        hierarchy: &hierarchy,
-        target,
-        timeline: &timeline,
-        rise: Rise::begin(),
-    };
+    let bench = Bench { config, loaded: &loaded, hierarchy: &hierarchy, target, timeline: &timeline };
 
-    let kinds: Vec<(&Built, &SolveConfig)> = tracers
+    let kinds: Vec<(&dyn Tracer, &SolveConfig)> = tracers
         .iter()
         .enumerate()
         .flat_map(|pair| config.settings.iter().map(move |settings| (pair, settings)))
         .filter(|((index, _), settings)| *index == 0 || asks_tracer(settings))
-        .map(|((_, tracer), settings)| (tracer, settings))
+        .map(|((_, tracer), settings)| (tracer.as_ref(), settings))
         .collect();
+    let square_meters = hierarchy.square_meters_per_unit(loaded.scene.meters_per_unit);
+    for tracer in &tracers {
+        warm_up(&hierarchy, tracer.as_ref(), &solve_options(&config.run.solve), square_meters);
+    }
     progress.start("profile", kinds.len() as u64 * u64::from(config.repeats));
     let mut timed: Vec<Timed> = vec![Timed::default(); kinds.len()];
     let (mut runs, mut stages) = (Vec::new(), Vec::new());
     for repeat in 0..config.repeats {
-        for (&((tracer, tracer_bytes), settings), timed) in kinds.iter().zip(&mut timed) {
-            let tracer = tracer.as_ref();
+        for (&(tracer, settings), timed) in kinds.iter().zip(&mut timed) {
             let begun = timeline.now();
             let phases_before = timeline.phases().len();
             let solution = bench.solve(tracer, settings, timed);
@@ -89,8 +94,7 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
             timed.details.push(bench.detail(&detail, &solution, phases, ended - begun));
             // What does not depend on the clock is the same every time.
             if repeat == 0 {
-                let tracer_bytes = if asks_tracer(settings) { *tracer_bytes } else { 0 };
-                runs.push(ProfiledRun { tracer_bytes, ..bench.judge(tracer, settings, &solution) });
+                runs.push(bench.judge(tracer, settings, &solution));
                 stages.push(Stage { name: "errors".to_owned(), start: ended, end: timeline.now() });
             }
             progress.advance(1);
@@ -106,16 +110,17 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
     let is_yardstick =
         |run: &ProfiledRun| run.strategy == "sampled" && run.rays == YARDSTICK_RAYS && run.links > 0;
     let mut setup = setup(&config.run, &loaded, &hierarchy);
+    setup.values.extend(varied(config, &tracers));
     if let Some((points, reference)) = &config.reference {
         setup.values.extend(setup::reference(points, reference, config.samples));
     }
     let (mut maps, camera) = (Vec::new(), loaded.scene.cameras.first());
-    if let (Some(path), Some(&((tracer, _), settings)), Some(camera)) =
+    if let (Some(path), Some(&(tracer, settings)), Some(camera)) =
         (&config.html, kinds.get(config.aim), camera)
     {
         let camera = within(camera, MAP_PIXELS);
         setup.values.extend(setup::view(&camera, MAP_SAMPLES));
-        maps = bench.maps(path, tracer.as_ref(), settings, &camera, progress)?;
+        maps = bench.maps(path, tracer, settings, &camera, progress)?;
     }
     let found = Profile {
         format: Profile::FORMAT,
@@ -124,11 +129,15 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
         triangles: loaded.scene.counts.triangles_initial,
         threads: rayon::current_num_threads(),
         repeats: config.repeats,
-        yardstick: runs.iter().position(is_yardstick).unwrap_or(0),
+        yardstick: runs
+            .iter()
+            .position(is_yardstick)
+            .or_else(|| runs.iter().position(|run| run.links > 0))
+            .unwrap_or(0),
         runs,
         aim: config.aim,
     };
-    if let Some(path) = &config.output {
+    if let Some(path) = &config.json {
         json::write_json(path, &found)?;
     }
     if let Some(path) = &config.trace {
@@ -145,11 +154,38 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
     Ok(())
 }
 
-/// `auto` may be what another one is, too.
-fn each_once(tracers: Vec<Built>) -> Vec<Built> {
-    let mut kept: Vec<Built> = Vec::new();
+/// What `auto` stands for, where that is named as well: no tracer is built twice.
+fn meant(kind: TracerArg, loaded: &Loaded, named: &[TracerArg]) -> TracerArg {
+    let own = if loaded.has_embree() { TracerArg::Embree } else { TracerArg::Fallback };
+    if kind == TracerArg::Auto && named.contains(&own) { own } else { kind }
+}
+
+/// What the runs differ in, and how often they are made.
+fn varied(config: &ProfileConfig, tracers: &[Box<dyn Tracer>]) -> [Setting; 4] {
+    let all = |name: &dyn Fn(&SolveConfig) -> String| {
+        let mut names: Vec<String> = Vec::new();
+        for settings in &config.settings {
+            let name = name(settings);
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        names.join(", ")
+    };
+    let tracers: Vec<&str> = tracers.iter().map(|tracer| tracer.name()).collect();
+    [
+        Setting::new("strategies", all(&|settings| Strategy::from(settings.strategy).name().to_owned())),
+        Setting::new("tracers", tracers.join(", ")),
+        Setting::new("rays for a pair", all(&|settings| settings.rays.to_string())),
+        Setting::new("each run made", times(config.repeats)),
+    ]
+}
+
+/// An Embree that was found may still not work, and `auto` be the fallback then.
+fn each_once(tracers: Vec<Box<dyn Tracer>>) -> Vec<Box<dyn Tracer>> {
+    let mut kept: Vec<Box<dyn Tracer>> = Vec::new();
     for tracer in tracers {
-        if !kept.iter().any(|(known, _)| known.name() == tracer.0.name()) {
+        if !kept.iter().any(|known| known.name() == tracer.name()) {
             kept.push(tracer);
         }
     }
@@ -203,20 +239,18 @@ struct Bench<'a> {
     hierarchy: &'a Hierarchy,
     target: Option<&'a Target>,
     timeline: &'a Timeline,
-    /// From before the first run.
-    rise: Rise,
 }
 
 impl Bench<'_> {
     fn solve(&self, tracer: &dyn Tracer, settings: &SolveConfig, timed: &mut Timed) -> Solution {
-        self.rise.again();
+        let rise = Rise::begin();
         let start = Instant::now();
         let square_meters = self.hierarchy.square_meters_per_unit(self.loaded.scene.meters_per_unit);
         let options = solve_options(settings);
         let solution = radiosity::solve(self.hierarchy, tracer, &options, square_meters, self.timeline);
         timed.total.push(start.elapsed().as_secs_f64());
         timed.visibility.push(solution.counters.visibility.nanoseconds as f64 * 1e-9);
-        timed.solving_bytes = timed.solving_bytes.max(self.rise.bytes());
+        timed.solving_bytes = timed.solving_bytes.max(rise.bytes());
         solution
     }
 
@@ -277,6 +311,7 @@ impl Bench<'_> {
             pairs_tested: visibility.pairs_tested,
             shafts_built: visibility.shafts_built,
             links: solution.links.links.len() as u64,
+            tracer_bytes: if asks_tracer(settings) { tracer.bytes() } else { 0 },
             solution_bytes: solution.links.bytes() + solution.elements_bytes(),
             certified_share: (links.certified_visible + links.certified_invisible) as f64
                 / (links.total as f64).max(1.0),

@@ -12,7 +12,7 @@ use super::errors::CliError;
 use crate::check::{UNBALANCED, UNSETTLED};
 use crate::export::{Origin, SolutionFile, SolutionFileError};
 use crate::hierarchy::Hierarchy;
-use crate::memory::{self, Rise};
+use crate::memory;
 use crate::progress::{Progress, Silent, TerminalProgress};
 use crate::radiosity::{self, Link, LinkClass, Solution, SolveOptions};
 use crate::report::stats::{EnergyStats, LinkStats, MemoryStats, SceneStats, Stats, VisibilityStats};
@@ -51,9 +51,6 @@ pub(super) struct Loaded {
     stats: Stats,
     clock: Clock,
 }
-
-/// A tracer, and how far resident memory was above what it had been when it was built, bytes.
-pub(super) type Built = (Box<dyn Tracer>, u64);
 
 /// A scene with its light.
 pub(super) struct Solved {
@@ -104,12 +101,15 @@ impl Loaded {
         config: &RunConfig,
         kind: TracerArg,
         hierarchy: &Hierarchy,
-    ) -> Result<Built, CliError> {
+    ) -> Result<Box<dyn Tracer>, CliError> {
         let library = self.embree.clone().filter(|_| kind != TracerArg::Fallback);
         let config = RunConfig { tracer: kind, ..config.clone() };
-        let rise = Rise::begin();
-        let tracer = build_tracer(&config, library, hierarchy, &mut self.stats.clone())?;
-        Ok((tracer, rise.left_bytes()))
+        build_tracer(&config, library, hierarchy, &mut self.stats.clone())
+    }
+
+    /// Whether an Embree was found.
+    pub(super) fn has_embree(&self) -> bool {
+        self.embree.is_some()
     }
 
     /// Version and instruction set of the Embree that was found, such as `4.4.0 (AVX2)`.

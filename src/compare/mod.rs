@@ -28,7 +28,7 @@ pub use rays::{Batch, Judged, ask, compare_rays, made_batches};
 pub use referee::{Referee, Ruling, Standing, tolerance_for, tolerance_for_ray};
 pub use replay::{ReplayError, ReplayFile, Replayed, write_replay};
 pub use sample::{Sample, Sampled};
-pub use speed::{Speed, rays_per_second};
+pub use speed::{Speed, rays_per_second, warm_up};
 pub use tally::{Disagreement, Question, RayComparison, Tally, candidates};
 pub use truth::TruthDifference;
 pub use witness::{Account, Witness};
@@ -118,7 +118,6 @@ pub fn compare(
     options: &CompareOptions,
     progress: &dyn Progress,
 ) -> (Comparison, [Picture; 2]) {
-    // First, while little memory was freed that would be used again.
     let mut speed = Speed::of_solving(hierarchy, tracers, options, progress);
     let referee = Referee::new(&hierarchy.mesh);
     let [shadow_rays, light_rays, no_segments, camera_rays] =

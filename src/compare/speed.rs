@@ -5,8 +5,8 @@ use super::sample::Sampled;
 use crate::hierarchy::Hierarchy;
 use crate::image;
 use crate::memory::Rise;
-use crate::progress::Progress;
-use crate::radiosity;
+use crate::progress::{Progress, Silent};
+use crate::radiosity::{self, SolveOptions};
 use crate::tracer::{FilterAudit, NO_FACET, PACKET, Tracer};
 use std::time::Instant;
 
@@ -21,6 +21,8 @@ pub struct Speed {
     pub solve_seconds: [Vec<f64>; 2],
     /// Wall-clock seconds to render, one number each time.
     pub render_seconds: [Vec<f64>; 2],
+    /// What each keeps besides the mesh.
+    pub tracer_bytes: [u64; 2],
     /// How far resident memory rose while solving, at most.
     pub solving_bytes: [u64; 2],
     /// What links and elements take.
@@ -35,9 +37,11 @@ impl Speed {
         options: &CompareOptions,
         progress: &dyn Progress,
     ) -> Speed {
-        let (mut speed, rise) = (Speed::default(), Rise::begin());
+        let tracer_bytes = tracers.map(|tracer| tracer.bytes());
+        let mut speed = Speed { tracer_bytes, ..Speed::default() };
+        tracers.iter().for_each(|tracer| warm_up(hierarchy, *tracer, &options.solve, options.square_meters));
         for side in (0..options.solves).flat_map(turn) {
-            rise.again();
+            let rise = Rise::begin();
             let start = Instant::now();
             let square_meters = options.square_meters;
             let solution =
@@ -50,6 +54,17 @@ impl Speed {
         }
         speed
     }
+}
+
+/// Iterations of the warm-up: enough to come to every phase.
+const WARM_UP: u32 = 16;
+
+/// Solves as roughly as can be. The first to solve would else be told to need more time and memory, since what a process needs
+/// once, such as the pages of its own code, comes with it.
+pub fn warm_up(hierarchy: &Hierarchy, tracer: &dyn Tracer, options: &SolveOptions, square_meters: f64) {
+    let (epsilon, contrast, iterations) = (1.0, f64::MAX, WARM_UP.min(options.iterations));
+    let rough = SolveOptions { epsilon, contrast, iterations, ..*options };
+    radiosity::solve(hierarchy, tracer, &rough, square_meters, &Silent);
 }
 
 /// Segments that are timed in a turn, about; all of them several times when there are fewer.

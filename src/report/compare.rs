@@ -25,7 +25,7 @@ const FELT: f64 = 1e-3;
 
 /// One ray of a replay file, traced again.
 pub struct ReplayedRay {
-    /// What each tracer said of it in a packet, and the referee of that.
+    /// What each tracer said of it in a packet of two of it, and the referee of that.
     pub in_packet: Disagreement,
     /// What each says of it alone, likewise.
     pub alone: Disagreement,
@@ -123,7 +123,7 @@ pub struct CompareReport {
     pub solve_seconds: [Spread; 2],
     /// Wall-clock seconds to render.
     pub render_seconds: [Spread; 2],
-    /// How far resident memory rose when each tracer was built.
+    /// What each tracer keeps besides the mesh.
     pub tracer_bytes: [u64; 2],
     /// How far resident memory was while solving, at most, above that before.
     pub solving_bytes: [u64; 2],
@@ -242,7 +242,7 @@ impl CompareReport {
             solves: speed.solve_seconds[0].len() as u32,
             solve_seconds: speed.solve_seconds.map(Spread::of),
             render_seconds: speed.render_seconds.map(Spread::of),
-            tracer_bytes: [0; 2],
+            tracer_bytes: speed.tracer_bytes,
             solving_bytes: speed.solving_bytes,
             solution_bytes: speed.solution_bytes,
         }

@@ -157,6 +157,12 @@ impl Tracer for FallbackTracer {
         "fallback"
     }
 
+    fn bytes(&self) -> u64 {
+        let FallbackTracer { tree, leaves, .. } = self;
+        let tree = size_of_val(&tree.nodes[..]) + size_of_val(&tree.primitive_indices[..]);
+        (tree + size_of_val(&leaves[..])) as u64
+    }
+
     fn blockers(
         &self,
         segments: &[Segment],

@@ -157,6 +157,11 @@ pub trait Tracer: Send + Sync {
     /// `"embree"`, `"fallback"` or `"brute"`.
     fn name(&self) -> &'static str;
 
+    /// Bytes that it keeps besides the mesh: its tree, and copies that it made. 0 of one that keeps nothing.
+    fn bytes(&self) -> u64 {
+        0
+    }
+
     /// For each of up to [`PACKET`] segments, a facet that blocks it or [`NO_FACET`].
     ///
     /// `blockers` has the length of `segments`. Which of several blockers is named is up to the

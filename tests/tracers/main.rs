@@ -7,6 +7,7 @@ mod embree_or_skip;
 mod faulty_tracers;
 
 mod adversarial;
+mod bytes;
 mod comparison;
 mod far_away;
 mod faults;

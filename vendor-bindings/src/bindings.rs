@@ -322,6 +322,9 @@ pub type RTCErrorFunction = ::std::option::Option<
         str_: *const ::std::os::raw::c_char,
     ),
 >;
+pub type RTCMemoryMonitorFunction = ::std::option::Option<
+    unsafe extern "C" fn(ptr: *mut ::std::os::raw::c_void, bytes: isize, post: bool) -> bool,
+>;
 impl RTCBufferType {
     pub const RTC_BUFFER_TYPE_INDEX: RTCBufferType = RTCBufferType(0);
     pub const RTC_BUFFER_TYPE_VERTEX: RTCBufferType = RTCBufferType(1);
@@ -706,6 +709,11 @@ pub struct Embree {
         error: RTCErrorFunction,
         userPtr: *mut ::std::os::raw::c_void,
     ),
+    pub rtcSetDeviceMemoryMonitorFunction: unsafe extern "C" fn(
+        device: RTCDevice,
+        memoryMonitor: RTCMemoryMonitorFunction,
+        userPtr: *mut ::std::os::raw::c_void,
+    ),
     pub rtcNewGeometry: unsafe extern "C" fn(device: RTCDevice, type_: RTCGeometryType) -> RTCGeometry,
     pub rtcReleaseGeometry: unsafe extern "C" fn(geometry: RTCGeometry),
     pub rtcCommitGeometry: unsafe extern "C" fn(geometry: RTCGeometry),
@@ -762,6 +770,8 @@ impl Embree {
         let rtcGetDeviceProperty = __library.get(b"rtcGetDeviceProperty\0").map(|sym| *sym)?;
         let rtcGetDeviceError = __library.get(b"rtcGetDeviceError\0").map(|sym| *sym)?;
         let rtcSetDeviceErrorFunction = __library.get(b"rtcSetDeviceErrorFunction\0").map(|sym| *sym)?;
+        let rtcSetDeviceMemoryMonitorFunction =
+            __library.get(b"rtcSetDeviceMemoryMonitorFunction\0").map(|sym| *sym)?;
         let rtcNewGeometry = __library.get(b"rtcNewGeometry\0").map(|sym| *sym)?;
         let rtcReleaseGeometry = __library.get(b"rtcReleaseGeometry\0").map(|sym| *sym)?;
         let rtcCommitGeometry = __library.get(b"rtcCommitGeometry\0").map(|sym| *sym)?;
@@ -783,6 +793,7 @@ impl Embree {
             rtcGetDeviceProperty,
             rtcGetDeviceError,
             rtcSetDeviceErrorFunction,
+            rtcSetDeviceMemoryMonitorFunction,
             rtcNewGeometry,
             rtcReleaseGeometry,
             rtcCommitGeometry,
@@ -818,6 +829,14 @@ impl Embree {
         userPtr: *mut ::std::os::raw::c_void,
     ) {
         (self.rtcSetDeviceErrorFunction)(device, error, userPtr)
+    }
+    pub unsafe fn rtcSetDeviceMemoryMonitorFunction(
+        &self,
+        device: RTCDevice,
+        memoryMonitor: RTCMemoryMonitorFunction,
+        userPtr: *mut ::std::os::raw::c_void,
+    ) {
+        (self.rtcSetDeviceMemoryMonitorFunction)(device, memoryMonitor, userPtr)
     }
     pub unsafe fn rtcNewGeometry(&self, device: RTCDevice, type_: RTCGeometryType) -> RTCGeometry {
         (self.rtcNewGeometry)(device, type_)

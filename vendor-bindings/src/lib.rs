@@ -23,9 +23,11 @@ mod bindings {
     #[cfg(not(feature = "bindgen"))]
     include!("bindings.rs");
 }
+mod heap;
 mod loader;
 
 pub use bindings::*;
+pub use heap::give_back_freed;
 pub use loader::{Api, LoadError, open};
 
 /// The id that Embree gives to "nothing".

@@ -105,7 +105,10 @@ impl CompareReport {
             row(name, [a, b].map(|s| format!("{s:.3}")), b / a, spread(times, self.solves))
         };
         let megabytes = |name: &str, [a, b]: [u64; 2], what: &str| {
-            let shown = [a, b].map(|bytes| format!("{:.1}", bytes as f64 / f64::from(1 << 20)));
+            let shown = [a, b].map(|bytes| match bytes as f64 / f64::from(1 << 20) {
+                small if small < 1.0 => format!("{small:.3}"),
+                other => format!("{other:.1}"),
+            });
             row(name, shown, b as f64 / a as f64, what.to_owned())
         };
         let rates = self.rays_per_second;
@@ -119,9 +122,13 @@ impl CompareReport {
             ),
             seconds("solve (s)", self.solve_seconds),
             seconds("render (s)", self.render_seconds),
-            megabytes("memory of the tracer (MB)", self.tracer_bytes, "kept when it was built"),
+            megabytes(
+                "memory of the tracer (MB)",
+                self.tracer_bytes,
+                "its tree and copies of the mesh, counted",
+            ),
             megabytes("memory of solving (MB)", self.solving_bytes, "at most, above what there was before"),
-            megabytes("memory of the solution (MB)", self.solution_bytes, "links and elements"),
+            megabytes("memory of the solution (MB)", self.solution_bytes, "links and elements, counted"),
         ]
     }
 }

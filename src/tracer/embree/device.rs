@@ -1,9 +1,12 @@
-//! An Embree device with its error log.
+//! An Embree device with its error log, and how much memory it has.
 
 use std::{
     ffi::{CStr, CString, c_char, c_void},
     ptr,
-    sync::{Arc, Mutex},
+    sync::{
+        Arc, Mutex,
+        atomic::{AtomicIsize, Ordering},
+    },
 };
 
 use embree4_sys as raw;
@@ -19,6 +22,8 @@ pub(super) struct Device {
     device: raw::RTCDevice,
     /// Embree holds its address: boxed, so that moving the device does not move it.
     log: Box<ErrorLog>,
+    /// Bytes that Embree has allocated and not freed. It holds this address, too.
+    allocated: Box<AtomicIsize>,
 }
 
 impl Device {
@@ -37,7 +42,11 @@ impl Device {
         // SAFETY: the device is valid; the callback has the declared signature, and what `user` points
         // to lives until after the device is released, and is only ever shared.
         unsafe { api.rtcSetDeviceErrorFunction(device, Some(log_error), user) };
-        Ok(Device { api: Arc::clone(api), device, log })
+        let allocated = Box::<AtomicIsize>::default();
+        let user = (&raw const *allocated).cast_mut().cast::<c_void>();
+        // SAFETY: as above.
+        unsafe { api.rtcSetDeviceMemoryMonitorFunction(device, Some(count_memory), user) };
+        Ok(Device { api: Arc::clone(api), device, log, allocated })
     }
 
     pub(super) fn api(&self) -> &Arc<raw::Api> {
@@ -51,6 +60,11 @@ impl Device {
     pub(super) fn property(&self, property: raw::RTCDeviceProperty) -> isize {
         // SAFETY: the device is valid; an unknown property is reported as an error and gives 0.
         unsafe { self.api.rtcGetDeviceProperty(self.device, property) }
+    }
+
+    /// Bytes that Embree has allocated for this device and what was made with it.
+    pub(super) fn bytes(&self) -> u64 {
+        self.allocated.load(Ordering::Relaxed).try_into().unwrap_or(0)
     }
 
     /// The first error since the last call, if there was one.
@@ -85,6 +99,15 @@ unsafe extern "C" fn log_error(user: *mut c_void, code: raw::RTCError, message: 
     if let Ok(mut first) = log.0.lock() {
         first.get_or_insert_with(|| format!("{said} ({})", error_name(code)));
     }
+}
+
+/// Called by Embree from any of its threads, for what it allocates (`bytes` above 0) and what it frees: goes on always.
+unsafe extern "C" fn count_memory(user: *mut c_void, bytes: isize, _post: bool) -> bool {
+    // SAFETY: `user` is the boxed count of a device that is still alive, or null.
+    if let Some(allocated) = unsafe { user.cast::<AtomicIsize>().as_ref() } {
+        allocated.fetch_add(bytes, Ordering::Relaxed);
+    }
+    true
 }
 
 fn error_name(code: raw::RTCError) -> &'static str {

@@ -128,6 +128,12 @@ impl TriangleScene {
         self.device.api()
     }
 
+    /// What the tree, its device and the shared buffers take.
+    pub(super) fn bytes(&self) -> u64 {
+        let shared = size_of_val(&self._vertices[..]) + size_of_val(&self._triangles[..]);
+        self.device.bytes() + shared as u64
+    }
+
     /// Lower and upper corner of everything in the scene.
     pub(super) fn bounds(&self) -> [Vec3; 2] {
         let mut bounds = raw::RTCBounds {

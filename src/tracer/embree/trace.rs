@@ -142,6 +142,10 @@ impl Tracer for EmbreeTracer {
         "embree"
     }
 
+    fn bytes(&self) -> u64 {
+        self.scene.bytes() + size_of_val(&self.facet_of_triangle[..]) as u64
+    }
+
     fn blockers(
         &self,
         segments: &[Segment],
