@@ -9,6 +9,7 @@ use crate::radiosity::VisibilityError;
 use serde::Serialize;
 
 mod table;
+mod words;
 
 /// All runs over one scene.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -58,9 +59,9 @@ pub struct ProfiledRun {
     pub links: u64,
     /// Of all pairs that refinement ended at, stored or not, the share whose class is proved.
     pub certified_share: f64,
-    /// How far resident memory was during the run, at most of the repeats, above that before the first run, bytes.
+    /// How far resident memory was during the run, at most of the repeats, above that before it, bytes.
     pub solving_bytes: u64,
-    /// How far resident memory rose when the tracer was built, bytes.
+    /// What the tracer keeps besides the mesh, bytes.
     pub tracer_bytes: u64,
     /// What links and elements take, bytes.
     pub solution_bytes: u64,
@@ -163,7 +164,7 @@ impl AtEqualError {
 
 impl Profile {
     /// Version of the record; another one where a field has another meaning or is gone.
-    pub const FORMAT: u32 = 2;
+    pub const FORMAT: u32 = 3;
 
     /// Strategies with tracers, in the order in which runs have them, and how each looks in plots and legends: strategies
     /// differ in colour, and what was asked of a second tracer is hollow.
@@ -204,35 +205,6 @@ impl Profile {
         names
     }
 
-    /// The cheapest of all runs that is no further off than the aim, and where its time goes; nothing of fewer than two.
-    pub(super) fn cheapest(&self) -> Option<String> {
-        let aim = self.runs.get(self.aim).filter(|_| self.runs.len() > 1)?;
-        let (error, seconds) = (
-            |run: &ProfiledRun| run.visibility_error.mean,
-            |run: &ProfiledRun| run.visibility_seconds.median,
-        );
-        let is_exact = |run: &&ProfiledRun| run.has_light() && error(run) <= error(aim) * (1.0 + SAME);
-        let reach = self.runs.iter().filter(is_exact);
-        let cheapest = reach.min_by(|a, b| seconds(a).total_cmp(&seconds(b)))?;
-        let against = match std::ptr::eq(cheapest, aim) {
-            true => "which is the aim itself".to_owned(),
-            false => format!(
-                "{:.2} of the time of the aim, {}",
-                seconds(cheapest) / seconds(aim).max(f64::MIN_POSITIVE),
-                aim.name()
-            ),
-        };
-        let step = cheapest.detail.largest_step().map_or_else(String::new, |(name, share)| {
-            format!(" Of that {:.0} % goes to {name}, the largest step.", 100.0 * share)
-        });
-        Some(format!(
-            "Cheapest at equal error: {} with {:.3} s in visibility, {against}, and an error of {:.3} %.{step}",
-            cheapest.name(),
-            seconds(cheapest),
-            100.0 * error(cheapest)
-        ))
-    }
-
     /// For each other strategy and tracer, its cheapest run that is no further off than the aim, by each error.
     pub(super) fn at_equal_error(&self) -> Vec<AtEqualError> {
         let Some(aim) = self.runs.get(self.aim) else { return Vec::new() };
@@ -243,16 +215,23 @@ impl Profile {
                 .into_iter()
                 .skip(1)
                 .map(|(kind, _)| {
-                    let reach = self.runs.iter().filter(|run| run.kind() == kind);
-                    let cheapest = reach
+                    let own = || self.runs.iter().filter(|run| run.kind() == kind);
+                    let cheapest = own()
                         .filter(|run| error(run).is_some_and(|error| error <= wanted * (1.0 + SAME)))
                         .min_by(|a, b| a.visibility_seconds.median.total_cmp(&b.visibility_seconds.median));
-                    let seconds = aim.visibility_seconds.median.max(f64::MIN_POSITIVE);
-                    match cheapest.map(|run| (run.name(), run.visibility_seconds.median)) {
-                        Some((name, median)) => format!(
-                            "{name}: {median:.3} s in visibility, {:.2} times as long",
-                            median / seconds
+                    let times = |of: fn(&ProfiledRun) -> Spread, run: &ProfiledRun| {
+                        of(run).median / of(aim).median.max(f64::MIN_POSITIVE)
+                    };
+                    match cheapest {
+                        Some(run) => format!(
+                            "{}: {:.3} s in visibility, {:.2} times as long; {:.2} s in all, {:.2} times",
+                            run.name(),
+                            run.visibility_seconds.median,
+                            times(|run| run.visibility_seconds, run),
+                            run.total_seconds.median,
+                            times(|run| run.total_seconds, run)
                         ),
+                        None if own().all(|run| !run.has_light()) => format!("{kind}: without links"),
                         None => format!("{kind}: not reached"),
                     }
                 })
@@ -265,7 +244,7 @@ impl Profile {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::super::detail::Seconds;
     use super::*;
     use std::collections::HashSet;
@@ -277,13 +256,14 @@ mod tests {
         assert_eq!(Spread::of(Vec::new()), Spread::default());
     }
 
-    fn run(strategy: &str, rays: u32, seconds: f64, error: f64) -> ProfiledRun {
+    pub(super) fn run(strategy: &str, rays: u32, seconds: f64, error: f64) -> ProfiledRun {
         ProfiledRun {
             strategy: strategy.to_owned(),
             tracer: "embree".to_owned(),
             rays,
             links: 1,
-            visibility_seconds: Spread { min: seconds, median: seconds, max: seconds },
+            visibility_seconds: Spread::of(vec![seconds]),
+            total_seconds: Spread::of(vec![2.0 * seconds]),
             visibility_error: VisibilityError { mean: error, ..VisibilityError::default() },
             ..ProfiledRun::default()
         }
@@ -300,7 +280,9 @@ mod tests {
         ];
         let table = Profile { runs, yardstick: 4, ..Profile::default() }.table();
         assert!(
-            table.contains("root, embree, 64 rays: 3.000 s in visibility, 3.00 times as long"),
+            table.contains(
+                "root, embree, 64 rays: 3.000 s in visibility, 3.00 times as long; 6.00 s in all, 3.00 times"
+            ),
             "{table}"
         );
         assert!(table.contains("sampled, embree: not reached"), "{table}");
@@ -312,35 +294,6 @@ mod tests {
             aim.is_some() && table.contains("yardstick of the ratios: sampled, embree, 16 rays"),
             "{table}"
         );
-    }
-
-    #[test]
-    fn the_cheapest_of_all_comes_first_with_its_largest_step() {
-        let seconds = |name, seconds| Seconds { name, seconds };
-        let steps = vec![seconds("points", 0.5), seconds("rays", 1.5)];
-        let runs = vec![
-            run("adaptive", 4, 1.0, 0.05),
-            run("adaptive", 16, 4.0, 0.02),
-            ProfiledRun { detail: RunDetail { steps, ..RunDetail::default() }, ..run("root", 64, 2.0, 0.02) },
-            run("sampled", 16, 1.0, 0.03),
-        ];
-        let mut profile = Profile { runs, aim: 1, ..Profile::default() };
-        let words = profile.cheapest().expect("several runs");
-        for part in [
-            "root, embree, 64 rays with 2.000 s",
-            "0.50 of the time of the aim, adaptive, embree, 16 rays",
-            "75 % goes to rays",
-        ] {
-            assert!(words.contains(part), "{part} is missing: {words}");
-        }
-        assert!(profile.table().lines().nth(1).is_some_and(|line| line == words), "{}", profile.table());
-        profile.aim = 0;
-        assert!(profile.cheapest().is_some_and(|words| words.contains("which is the aim itself")), "as fast");
-        // A run that lost all light reaches nothing.
-        profile.runs.push(ProfiledRun { links: 0, ..run("sampled", 8, 0.0, 0.0) });
-        assert!(profile.cheapest().is_some_and(|words| words.contains("which is the aim itself")));
-        profile.runs.truncate(1);
-        assert_eq!(profile.cheapest(), None);
     }
 
     #[test]

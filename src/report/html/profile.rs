@@ -5,7 +5,6 @@ use std::path::Path;
 use maud::{Markup, html};
 
 use super::super::bars::{Bar, Group};
-use super::super::detail::Seconds;
 use super::super::look::Look;
 use super::super::plot;
 use super::super::profile::{Profile, ProfiledRun};
@@ -77,33 +76,12 @@ fn summary(found: &Profile) -> Vec<String> {
         },
         if found.repeats > 1 { " Times are medians." } else { "" }
     )];
-    match &found.runs[..] {
-        [] => {}
-        [only] => words.extend(about_one(only)),
-        // What most come for is first.
-        _ => words = found.cheapest().into_iter().chain(words).chain(about_several(found)).collect(),
+    // What most come for is first.
+    match found.runs.len() {
+        0 | 1 => words.extend(found.headline()),
+        _ => words = found.headline().into_iter().chain(words).chain(about_several(found)).collect(),
     }
     words
-}
-
-/// How long it took, how exact it is, and what took the most.
-fn about_one(run: &ProfiledRun) -> Vec<String> {
-    let part = |whole: &str, parts: &[Seconds]| {
-        let all: f64 = parts.iter().map(|part| part.seconds).sum();
-        let most =
-            parts.iter().max_by(|a, b| a.seconds.total_cmp(&b.seconds)).filter(|most| most.seconds > 0.0)?;
-        Some(format!("Of the {whole} {:.0} % goes to {}.", 100.0 * most.seconds / all, most.name))
-    };
-    let told = format!(
-        "{}: {:.3} s in visibility, summed over threads, and {:.2} s in all by the clock; the error of visibility is {}.",
-        run.name(),
-        run.visibility_seconds.median,
-        run.total_seconds.median,
-        percent(run.visibility_error.mean)
-    );
-    let step = part("time in visibility", &run.detail.steps);
-    let phase = part("time by the clock", &run.detail.phases);
-    [Some(told), step, phase].into_iter().flatten().collect()
 }
 
 fn about_several(found: &Profile) -> Vec<String> {
@@ -119,11 +97,11 @@ fn about_several(found: &Profile) -> Vec<String> {
         seconds(yardstick),
         percent(error(yardstick))
     )];
-    let mut best = vec![("fastest", least(&seconds)), ("most exact", least(&error))];
+    let mut best = vec![("fastest in visibility", least(&seconds)), ("most exact", least(&error))];
     if let [(_, Some(fast)), (_, Some(exact))] = best[..]
         && std::ptr::eq(fast, exact)
     {
-        best = vec![("fastest and the most exact", Some(fast))];
+        best = vec![("fastest in visibility and the most exact", Some(fast))];
     }
     for (what, run) in best {
         words.extend(run.map(|run| match std::ptr::eq(run, yardstick) {
@@ -202,8 +180,9 @@ fn bars(found: &Profile) -> Result<Markup, String> {
         let spread = run.visibility_seconds;
         (spread.median, Some((spread.min, spread.max)), format!("{:.3} s", spread.median))
     })?;
-    let error = chart("Visibility error, mean over links by power", &|run| {
-        (run.visibility_error.mean, None, percent(run.visibility_error.mean))
+    let error = chart("Visibility error, mean over links by power", &|run| match run.has_light() {
+        true => (run.visibility_error.mean, None, percent(run.visibility_error.mean)),
+        false => (f64::NAN, None, "no links".to_owned()),
     })?;
     let irradiance = match found.runs.iter().any(|run| run.irradiance_error.is_some()) {
         false => None,
@@ -229,14 +208,19 @@ const TIMES: [Column; 4] = [
     ("visibility (s)", |_, run| decimals(run.visibility_seconds.median, 3)),
 ];
 
+/// An error, or that there are no links which could have one.
+fn told(run: &ProfiledRun, error: Cell) -> Cell {
+    if run.has_light() { error } else { Cell::words("no links") }
+}
+
 /// Where there are several measurements.
 const SPREAD: Column = ("± %", |_, run| decimals(100.0 * run.visibility_seconds.relative(), 1));
 
 const FIGURES: [Column; 14] = [
     ("ratio", |found, run| decimals(found.ratio(run), 3)),
     ("total (s)", |_, run| decimals(run.total_seconds.median, 2)),
-    ("V error (%)", |_, run| decimals(100.0 * run.visibility_error.mean, 3)),
-    ("V 99.9 (%)", |_, run| decimals(100.0 * run.visibility_error.percentile_999, 2)),
+    ("V error (%)", |_, run| told(run, decimals(100.0 * run.visibility_error.mean, 3))),
+    ("V 99.9 (%)", |_, run| told(run, decimals(100.0 * run.visibility_error.percentile_999, 2))),
     ("links", |_, run| Cell::count(run.links)),
     ("pairs tested", |_, run| Cell::count(run.pairs_tested)),
     ("rays cast", |_, run| Cell::count(run.rays_cast)),
@@ -266,11 +250,12 @@ fn figures(found: &Profile) -> Markup {
             @if let Some(yardstick) = found.runs.get(found.yardstick) {
                 "Ratio: seconds in visibility over those of the yardstick, " (yardstick.name()) ". "
             }
-            "V: visibility of the links against 256 rays, the mean and what links with a thousandth of the power exceed. "
+            "V: visibility of the links against 256 rays, the mean and what links with a thousandth of the power exceed; above 100 % "
+            "where what a link sees of its source is brighter than all of it, so that more than 1 gets through. "
             @if has_reference { "E: irradiance at the points against the reference. " }
             "Filter: the candidate filter, and the hits it rejected. "
             "Proved: pairs whose visibility is proved, of all that refinement ended at. "
-            "Memory: what was resident at most above what had been before the first run, and the tracer; of that the solution "
+            "Memory: what was resident at most above what had been before the run, and what the tracer keeps; of that the solution "
             "is links and elements."
         }
         (table("A row for each run", &heads, &rows, None))

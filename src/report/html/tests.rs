@@ -131,7 +131,7 @@ fn a_profile_of_several_has_ratios_and_what_the_aim_takes() {
         ">ratio</button>",
         ">filter calls</button>",
         "The aim is the visibility error of adaptive, adaptive, 16 rays (2.000 %).",
-        "<li>root, root, 16 rays: 2.000 s in visibility, 2.00 times as long</li>",
+        "<li>root, root, 16 rays: 2.000 s in visibility, 2.00 times as long; 0.00 s in all, 0.00 times</li>",
         "The yardstick, to which ratios of time are, is adaptive, adaptive, 16 rays",
     ] {
         assert!(page.contains(part), "{part} is missing: {page}");

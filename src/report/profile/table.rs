@@ -30,14 +30,21 @@ const FIGURES: [Column; 8] = [
     ("avoided (M)", |_, run| format!("{:.2}", run.rays_avoided as f64 * 1e-6)),
     ("proved (%)", |_, run| format!("{:.1}", 100.0 * run.certified_share)),
     ("memory (MB)", |_, run| (run.memory_bytes() >> 20).to_string()),
-    ("V error (%)", |_, run| format!("{:.3}", 100.0 * run.visibility_error.mean)),
-    ("V 99.9 (%)", |_, run| format!("{:.2}", 100.0 * run.visibility_error.percentile_999)),
+    ("V error (%)", |_, run| run.told(format!("{:.3}", 100.0 * run.visibility_error.mean))),
+    ("V 99.9 (%)", |_, run| run.told(format!("{:.2}", 100.0 * run.visibility_error.percentile_999))),
 ];
 
 /// Where there is a reference.
 const IRRADIANCE: Column = ("E error (%)", |_, run| {
     run.irradiance_error.map_or_else(String::new, |error| format!("{:.2}", 100.0 * error.rms))
 });
+
+impl ProfiledRun {
+    /// An error, or that there are no links which could have one.
+    fn told(&self, error: String) -> String {
+        if self.has_light() { error } else { "no links".to_owned() }
+    }
+}
 
 impl Profile {
     /// All of it.
@@ -53,7 +60,7 @@ impl Profile {
             times(self.repeats),
             yardstick.name()
         );
-        text += &self.cheapest().map_or_else(String::new, |words| words + "\n");
+        self.headline().iter().for_each(|words| text += &format!("{words}\n"));
         let spread = (self.repeats > 1).then_some(SPREAD);
         let irradiance = aim.irradiance_error.is_some().then_some(IRRADIANCE);
         let columns: Vec<Column> =
