@@ -114,12 +114,17 @@ impl RunDetail {
     }
 
     /// Of some repeats of one run, the one whose time in visibility tests is in the middle, the less of two; with the
-    /// shares that steps have in all of them. Nothing of none.
+    /// shares that steps have in all of them, and those that rows have in the middle of them. Nothing of none.
     pub fn of_repeats(mut repeats: Vec<RunDetail>, times: &StepTimes) -> Option<RunDetail> {
         repeats.sort_by(|a, b| a.tested().total_cmp(&b.tested()));
         let middle = repeats.len().checked_sub(1)? / 2;
-        let median = repeats.swap_remove(middle);
-        Some(RunDetail { steps: by_step(times, median.tested()), ..median })
+        let answers = by_middle(&repeats, |detail| detail.answers.iter().map(|row| row.seconds).collect());
+        let levels = by_middle(&repeats, |detail| detail.levels.iter().map(|row| row.seconds).collect());
+        let mut median = repeats.swap_remove(middle);
+        median.steps = by_step(times, median.tested());
+        median.answers.iter_mut().zip(answers).for_each(|(row, seconds)| row.seconds = seconds);
+        median.levels.iter_mut().zip(levels).for_each(|(row, seconds)| row.seconds = seconds);
+        Some(median)
     }
 
     /// The step that takes the most time, and its share; none where nothing was timed.
@@ -209,6 +214,23 @@ impl RunDetail {
     pub(super) fn rejected(&self) -> f64 {
         self.filter_rejects as f64 / (self.filter_calls as f64).max(1.0)
     }
+}
+
+/// Seconds of each row of a table, each from the repeat in which it is in the middle, and all together as much as in the
+/// repeat in the middle: what another program interrupts takes long in one repeat, and in other rows than in the next. What
+/// is counted is the same in all repeats, so there are the same rows.
+fn by_middle(repeats: &[RunDetail], rows: fn(&RunDetail) -> Vec<f64>) -> Vec<f64> {
+    let middle = (repeats.len() - 1) / 2;
+    let lists: Vec<Vec<f64>> = repeats.iter().map(rows).collect();
+    let of_row = |row: usize| {
+        let mut values: Vec<f64> = lists.iter().filter_map(|list| list.get(row).copied()).collect();
+        values.sort_by(f64::total_cmp);
+        values.get(middle).copied().unwrap_or(0.0)
+    };
+    let middles: Vec<f64> = (0..lists[middle].len()).map(of_row).collect();
+    let [all, told] = [&lists[middle], &middles].map(|list| list.iter().sum::<f64>());
+    let scale = if told > 0.0 { all / told } else { 1.0 };
+    middles.into_iter().map(|seconds| seconds * scale).collect()
 }
 
 /// Seconds of each step, `total` in all: the tests that were timed stand for all of them.
@@ -329,6 +351,30 @@ mod tests {
         assert_eq!(chosen(&[9_000, 1_000, 3_000]), Some(seconds(3_000)));
         assert_eq!(chosen(&[9_000, 3_000]), Some(seconds(3_000)));
         assert_eq!(chosen(&[]), None);
+    }
+
+    /// Of three repeats each was interrupted once, in another row: 40 ms where 1 to 3 ms are usual.
+    #[test]
+    fn a_test_that_is_interrupted_does_not_decide_what_a_row_takes() {
+        let of = |[clear, blocked, disagree]: [u64; 3]| {
+            let mut detail = Detail::default();
+            for (answer, nanoseconds) in
+                [(Answer::RaysClear, clear), (Answer::RaysBlocked, blocked), (Answer::RaysDisagree, disagree)]
+            {
+                detail.answers[answer as usize] = Effort { pairs: 1, rays: 1, nanoseconds };
+                detail.levels[3][answer as usize] = detail.answers[answer as usize];
+            }
+            RunDetail::new(&detail, &VisibilityCounters::default(), 1.0, &[], Duration::ZERO)
+        };
+        let ms = |x: u64| x * 1_000_000;
+        let repeats = [[ms(40), ms(2), ms(3)], [ms(1), ms(41), ms(3)], [ms(1), ms(2), ms(42)]].map(of).into();
+        let found = RunDetail::of_repeats(repeats, &StepTimes::default()).expect("three repeats");
+        let rows: Vec<f64> = found.answers.iter().map(|row| row.seconds).filter(|&s| s > 0.0).collect();
+        let all: f64 = rows.iter().sum();
+        let shares: Vec<f64> = rows.iter().map(|seconds| 6.0 * seconds / all).collect();
+        assert!((all - 0.045).abs() < 1e-9, "the repeat in the middle is told: {all}");
+        assert!(shares.iter().zip([1.0, 2.0, 3.0]).all(|(a, b)| (a - b).abs() < 1e-9), "{shares:?}");
+        assert!((found.levels.iter().map(|row| row.seconds).sum::<f64>() - all).abs() < 1e-9);
     }
 
     #[test]
