@@ -4,12 +4,14 @@
 mod compare;
 mod convergence;
 mod profile;
+mod report;
 mod stored;
 mod views;
 
 pub(super) use compare::CompareArgs;
 pub(super) use convergence::ConvergenceArgs;
 pub(super) use profile::ProfileArgs;
+pub(super) use report::{PrintArgs, StatsArgs};
 pub(super) use stored::{ExportArgs, RelightArgs, SolveArgs, StoredArgs};
 pub(super) use views::{MAX_FRAMES, ViewsArgs};
 
@@ -122,12 +124,10 @@ pub(super) struct RenderArgs {
     /// it, which has its size
     #[arg(long, value_name = "FILE", help_heading = "Report", conflicts_with_all = ["width", "height"])]
     pub(super) reference: Option<PathBuf>,
-    /// Write the statistics of the run as JSON
-    #[arg(long, value_name = "FILE", help_heading = "Report")]
-    pub(super) stats: Option<PathBuf>,
-    /// Print nothing but errors, and the comparison with a reference where no statistics have it
-    #[arg(short, long, help_heading = "Report")]
-    pub(super) quiet: bool,
+    #[command(flatten)]
+    pub(super) statistics: StatsArgs,
+    #[command(flatten)]
+    pub(super) print: PrintArgs,
 }
 
 #[derive(Debug, Args)]
@@ -164,9 +164,8 @@ pub(super) struct ProbeArgs {
     pub(super) solution: SolutionArgs,
     #[command(flatten)]
     pub(super) machine: MachineArgs,
-    /// Print nothing but errors, and the comparison with a reference where the table has no place for it
-    #[arg(short, long, help_heading = "Report")]
-    pub(super) quiet: bool,
+    #[command(flatten)]
+    pub(super) print: PrintArgs,
 }
 
 #[derive(Debug, Args)]
@@ -185,9 +184,8 @@ pub(super) struct CheckArgs {
     /// Write the findings as JSON
     #[arg(long, value_name = "FILE", help_heading = "Report")]
     pub(super) json: Option<PathBuf>,
-    /// Print nothing but errors
-    #[arg(short, long, help_heading = "Report")]
-    pub(super) quiet: bool,
+    #[command(flatten)]
+    pub(super) print: PrintArgs,
 }
 
 /// How large and how smooth pictures are.

@@ -303,13 +303,13 @@ impl RenderConfig {
         };
         let video_path = video.as_ref().map(|video| &video.path);
         let inputs = [Some(&typed.scene), stored.as_ref(), typed.reference.as_ref(), path];
-        let written = [video_path, typed.stats.as_ref()];
+        let written = [video_path, typed.statistics.stats.as_ref()];
         check_distinct(&[&inputs[..], &[one], &written].concat())?;
-        check_extension("--stats", typed.stats.as_deref(), "json")?;
+        check_extension("--stats", typed.statistics.stats.as_deref(), "json")?;
         let view = ViewConfig::of(typed.picture, checked_exposure(typed.exposure)?, typed.view);
         let outputs = written.into_iter().flatten().cloned().collect();
         let inputs = inputs.into_iter().flatten().cloned().collect();
-        let run = RunConfig::check(typed.scene, outputs, typed.solution, typed.machine, typed.quiet)?;
+        let run = RunConfig::check(typed.scene, outputs, typed.solution, typed.machine, typed.print.quiet)?;
         let mut run = RunConfig { stored, ..run };
         if typed.view == ViewArg::Cost {
             run.solve.record = Record::Work;
@@ -326,7 +326,7 @@ impl RenderConfig {
             tone: typed.tone.map_or(Tone::Filmic, Tone::from),
             layers: typed.layers,
             video,
-            stats: typed.stats,
+            stats: typed.statistics.stats,
             view,
             lighting,
             reference: typed.reference,
@@ -358,7 +358,7 @@ impl ProbeConfig {
             (None, None) => return usage("give --points FILE or --grid NAME|HEIGHT"),
         };
         let outputs = typed.output.iter().cloned().collect();
-        let run = RunConfig::check(typed.scene, outputs, typed.solution, typed.machine, typed.quiet)?;
+        let run = RunConfig::check(typed.scene, outputs, typed.solution, typed.machine, typed.print.quiet)?;
         Ok(Self {
             run: RunConfig { stored, ..run },
             places,
@@ -381,7 +381,7 @@ impl CheckConfig {
         check_distinct(&[Some(&typed.scene), stored.as_ref(), typed.json.as_ref()])?;
         check_extension("--json", typed.json.as_deref(), "json")?;
         let outputs = typed.json.iter().cloned().collect();
-        let run = RunConfig::check(typed.scene, outputs, typed.solution, typed.machine, typed.quiet)?;
+        let run = RunConfig::check(typed.scene, outputs, typed.solution, typed.machine, typed.print.quiet)?;
         Ok(Self { run: RunConfig { stored, ..run }, json: typed.json })
     }
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{ExactnessArgs, LibraryArgs, PictureArgs, VisibilityArg, whole};
+use super::{ExactnessArgs, LibraryArgs, PictureArgs, PrintArgs, VisibilityArg, whole};
 
 #[derive(Debug, Args)]
 pub(in crate::cli) struct CompareArgs {
@@ -54,9 +54,8 @@ pub(in crate::cli) struct CompareArgs {
     /// Write what was found as a page, one HTML file: words, pictures, plots and tables
     #[arg(long, value_name = "FILE", help_heading = "Report")]
     pub(in crate::cli) html: Option<PathBuf>,
-    /// Print nothing but errors
-    #[arg(short, long, help_heading = "Report")]
-    pub(in crate::cli) quiet: bool,
+    #[command(flatten)]
+    pub(in crate::cli) print: PrintArgs,
 }
 
 /// What has no say in how rays are traced again; which sides of surfaces there are has.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{MachineArgs, SolutionArgs, whole};
+use super::{MachineArgs, PrintArgs, SolutionArgs, whole};
 use crate::gather::SAMPLES;
 
 #[derive(Debug, Args)]
@@ -35,7 +35,6 @@ pub(in crate::cli) struct ConvergenceArgs {
     pub(in crate::cli) solution: SolutionArgs,
     #[command(flatten)]
     pub(in crate::cli) machine: MachineArgs,
-    /// Print nothing but the table and errors
-    #[arg(short, long, help_heading = "Report")]
-    pub(in crate::cli) quiet: bool,
+    #[command(flatten)]
+    pub(in crate::cli) print: PrintArgs,
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{ExactnessArgs, LibraryArgs, TracerArg, VisibilityArg, whole};
+use super::{ExactnessArgs, LibraryArgs, PrintArgs, TracerArg, VisibilityArg, whole};
 use crate::gather::SAMPLES;
 
 #[derive(Debug, Args)]
@@ -36,8 +36,8 @@ pub(in crate::cli) struct ProfileArgs {
     #[arg(long, value_name = "N", default_value_t = SAMPLES, value_parser = whole(16, 1 << 20), allow_negative_numbers = true)]
     pub(in crate::cli) samples: u32,
     /// Record to write as JSON
-    #[arg(short, long, visible_alias = "json", value_name = "FILE")]
-    pub(in crate::cli) output: Option<PathBuf>,
+    #[arg(short = 'o', long, visible_alias = "output", value_name = "FILE")]
+    pub(in crate::cli) json: Option<PathBuf>,
     /// Plot of error over time to write as SVG
     #[arg(long, value_name = "FILE")]
     pub(in crate::cli) plot: Option<PathBuf>,
@@ -52,7 +52,6 @@ pub(in crate::cli) struct ProfileArgs {
     pub(in crate::cli) exactness: ExactnessArgs,
     #[command(flatten)]
     pub(in crate::cli) machine: LibraryArgs,
-    /// Print nothing but the table and errors
-    #[arg(short, long, help_heading = "Report")]
-    pub(in crate::cli) quiet: bool,
+    #[command(flatten)]
+    pub(in crate::cli) print: PrintArgs,
 }

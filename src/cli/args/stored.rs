@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{MachineArgs, SolutionArgs, ToneArg, positive};
+use super::{MachineArgs, PrintArgs, SolutionArgs, StatsArgs, ToneArg, positive};
 use crate::scene::MaterialChange;
 
 #[derive(Debug, Args)]
@@ -21,12 +21,10 @@ pub(in crate::cli) struct SolveArgs {
     #[command(flatten)]
     pub(in crate::cli) machine: MachineArgs,
 
-    /// Write the statistics of the run as JSON
-    #[arg(long, value_name = "FILE", help_heading = "Report")]
-    pub(in crate::cli) stats: Option<PathBuf>,
-    /// Print nothing but errors
-    #[arg(short, long, help_heading = "Report")]
-    pub(in crate::cli) quiet: bool,
+    #[command(flatten)]
+    pub(in crate::cli) statistics: StatsArgs,
+    #[command(flatten)]
+    pub(in crate::cli) print: PrintArgs,
 }
 
 #[derive(Debug, Args)]
@@ -51,12 +49,10 @@ pub(in crate::cli) struct RelightArgs {
     #[command(flatten)]
     pub(in crate::cli) machine: MachineArgs,
 
-    /// Write the statistics of the run as JSON
-    #[arg(long, value_name = "FILE", help_heading = "Report")]
-    pub(in crate::cli) stats: Option<PathBuf>,
-    /// Print nothing but errors
-    #[arg(short, long, help_heading = "Report")]
-    pub(in crate::cli) quiet: bool,
+    #[command(flatten)]
+    pub(in crate::cli) statistics: StatsArgs,
+    #[command(flatten)]
+    pub(in crate::cli) print: PrintArgs,
 }
 
 #[derive(Debug, Args)]
@@ -84,9 +80,8 @@ pub(in crate::cli) struct ExportArgs {
     #[command(flatten)]
     pub(in crate::cli) machine: MachineArgs,
 
-    /// Print nothing but errors
-    #[arg(short, long, help_heading = "Report")]
-    pub(in crate::cli) quiet: bool,
+    #[command(flatten)]
+    pub(in crate::cli) print: PrintArgs,
 }
 
 /// A solution that is read instead of computed.

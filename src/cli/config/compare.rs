@@ -68,7 +68,7 @@ impl CompareConfig {
             SolutionArgs { exactness: typed.exactness, rays: typed.pair_rays, visibility: typed.visibility };
         let machine = MachineArgs { tracer: TracerArg::Embree, library: typed.machine };
         Ok(Self {
-            run: RunConfig::check(typed.scene, outputs, solution, machine, typed.quiet)?,
+            run: RunConfig::check(typed.scene, outputs, solution, machine, typed.print.quiet)?,
             camera: typed.camera,
             view,
             rays: typed.rays,

@@ -44,7 +44,7 @@ impl ConvergenceConfig {
             .map(|i| SolveConfig::of(&typed.solution, &Preset::at(COARSEST + f64::from(i) * step)))
             .collect();
         let outputs = outputs.into_iter().flatten().cloned().collect();
-        let run = RunConfig::check(typed.scene, outputs, typed.solution, typed.machine, typed.quiet)?;
+        let run = RunConfig::check(typed.scene, outputs, typed.solution, typed.machine, typed.print.quiet)?;
         Ok(Self {
             run,
             settings,

@@ -27,13 +27,13 @@ impl ExportConfig {
     /// # Errors
     /// [`CliError::Usage`] when options contradict each other. No file is touched.
     pub(in crate::cli) fn check(typed: ExportArgs) -> Result<Self, CliError> {
-        let ExportArgs { stored, glb, ply, exposure, tone, scene, machine, quiet } = typed;
+        let ExportArgs { stored, glb, ply, exposure, tone, scene, machine, print } = typed;
         check_extension("--glb", glb.as_deref(), "glb")?;
         check_extension("--ply", ply.as_deref(), "ply")?;
         check_distinct(&[Some(&stored), scene.as_ref(), glb.as_ref(), ply.as_ref()])?;
         let exposure = checked_exposure(exposure)?;
         let outputs = [glb.as_ref(), ply.as_ref()].into_iter().flatten().cloned().collect();
-        let run = RunConfig::of_stored(stored.clone(), outputs, machine, quiet)?;
+        let run = RunConfig::of_stored(stored.clone(), outputs, machine, print.quiet)?;
         Ok(Self { run, stored, scene, glb, ply, exposure, tone: tone.into() })
     }
 }

@@ -21,10 +21,11 @@ impl KeepConfig {
     /// [`CliError::Usage`] when options contradict each other. No file is touched.
     pub(in crate::cli) fn check(typed: SolveArgs) -> Result<Self, CliError> {
         check_extension("--output", Some(&typed.output), "lsol")?;
-        check_extension("--stats", typed.stats.as_deref(), "json")?;
-        check_distinct(&[Some(&typed.scene), Some(&typed.output), typed.stats.as_ref()])?;
-        let outputs = [Some(&typed.output), typed.stats.as_ref()].into_iter().flatten().cloned().collect();
-        let run = RunConfig::check(typed.scene, outputs, typed.solution, typed.machine, typed.quiet)?;
-        Ok(Self { run, output: typed.output, stats: typed.stats })
+        check_extension("--stats", typed.statistics.stats.as_deref(), "json")?;
+        check_distinct(&[Some(&typed.scene), Some(&typed.output), typed.statistics.stats.as_ref()])?;
+        let outputs =
+            [Some(&typed.output), typed.statistics.stats.as_ref()].into_iter().flatten().cloned().collect();
+        let run = RunConfig::check(typed.scene, outputs, typed.solution, typed.machine, typed.print.quiet)?;
+        Ok(Self { run, output: typed.output, stats: typed.statistics.stats })
     }
 }

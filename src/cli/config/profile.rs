@@ -20,7 +20,7 @@ pub(in crate::cli) struct ProfileConfig {
     /// Points, and the reference there.
     pub(in crate::cli) reference: Option<(PathBuf, PathBuf)>,
     pub(in crate::cli) samples: u32,
-    pub(in crate::cli) output: Option<PathBuf>,
+    pub(in crate::cli) json: Option<PathBuf>,
     pub(in crate::cli) plot: Option<PathBuf>,
     pub(in crate::cli) trace: Option<PathBuf>,
     pub(in crate::cli) html: Option<PathBuf>,
@@ -32,11 +32,11 @@ impl ProfileConfig {
     /// # Errors
     /// [`CliError::Usage`] when options contradict each other. No file is touched.
     pub(in crate::cli) fn check(typed: ProfileArgs) -> Result<Self, CliError> {
-        check_extension("--output", typed.output.as_deref(), "json")?;
+        check_extension("--json", typed.json.as_deref(), "json")?;
         check_extension("--plot", typed.plot.as_deref(), "svg")?;
         check_extension("--trace", typed.trace.as_deref(), "json")?;
         check_extension("--html", typed.html.as_deref(), "html")?;
-        let outputs = [&typed.output, &typed.plot, &typed.trace, &typed.html].map(Option::as_ref);
+        let outputs = [&typed.json, &typed.plot, &typed.trace, &typed.html].map(Option::as_ref);
         let inputs = [Some(&typed.scene), typed.points.as_ref(), typed.reference.as_ref()];
         check_distinct(&[&inputs[..], &outputs[..]].concat())?;
         let certify = typed.exactness.certify;
@@ -71,7 +71,7 @@ impl ProfileConfig {
             tracer: demanding.unwrap_or(TracerArg::Fallback),
             embree_lib: typed.machine.embree_lib,
             threads: typed.machine.threads,
-            quiet: typed.quiet,
+            quiet: typed.print.quiet,
         };
         Ok(Self {
             run,
@@ -81,7 +81,7 @@ impl ProfileConfig {
             repeats: typed.repeat,
             reference: typed.points.zip(typed.reference),
             samples: typed.samples,
-            output: typed.output,
+            json: typed.json,
             plot: typed.plot,
             trace: typed.trace,
             html: typed.html,

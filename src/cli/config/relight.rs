@@ -28,7 +28,8 @@ impl RelightConfig {
     /// # Errors
     /// [`CliError::Usage`] when options contradict each other. No file is touched.
     pub(in crate::cli) fn check(typed: RelightArgs) -> Result<Self, CliError> {
-        let RelightArgs { stored, changes, output, scene, refine, machine, stats, quiet } = typed;
+        let RelightArgs { stored, changes, output, scene, refine, machine, statistics, print } = typed;
+        let stats = statistics.stats;
         check_extension("--output", Some(&output), "lsol")?;
         check_extension("--stats", stats.as_deref(), "json")?;
         check_distinct(&[Some(&stored), scene.as_ref(), Some(&output), stats.as_ref()])?;
@@ -39,7 +40,7 @@ impl RelightConfig {
             return usage(&format!("--set {}.{key} is given twice", change.name));
         }
         let outputs = [Some(&output), stats.as_ref()].into_iter().flatten().cloned().collect();
-        let run = RunConfig::of_stored(stored.clone(), outputs, machine, quiet)?;
+        let run = RunConfig::of_stored(stored.clone(), outputs, machine, print.quiet)?;
         let reuse = if refine { Reuse::Refined } else { Reuse::Links };
         Ok(Self { run, stored, scene, changes, reuse, output, stats })
     }
