@@ -1,28 +1,26 @@
 //! Writes the page of two tracers that disagree, one of which does not see a side of a box: `disagreement PAGE.html`.
 //! `run.py` looks at it; tracers that people have make no such page.
 
+#[path = "../coarse_comparison/mod.rs"]
+mod coarse_comparison;
 #[path = "../faulty_tracers/mod.rs"]
 mod faulty_tracers;
 
 use std::path::Path;
 
+use coarse_comparison::{BOX_SIDE, coarse};
 use faulty_tracers::Blind;
-use lightshaft::compare::{CompareOptions, compare, difference_picture};
+use lightshaft::compare::{compare, difference_picture};
 use lightshaft::hierarchy::Hierarchy;
 use lightshaft::image::picture::Picture;
 use lightshaft::image::tone::Exposure;
 use lightshaft::image::write::png_bytes;
-use lightshaft::image::{RenderOptions, View};
 use lightshaft::progress::Silent;
-use lightshaft::radiosity::{Record, SolveOptions};
 use lightshaft::report::compare::CompareReport;
 use lightshaft::report::html::{Shown, write_compare};
 use lightshaft::scene;
 use lightshaft::tracer::FallbackTracer;
-use lightshaft::visibility::{Strategy, VisibilityOptions};
-
-/// A side of the short box that throws a shadow.
-const BOX_SIDE: u32 = 14;
+use lightshaft::visibility::Strategy;
 
 /// How much brighter the picture of the difference is.
 const GAIN: f32 = 16.0;
@@ -32,23 +30,7 @@ fn main() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell-box/scene.toml");
     let scene = scene::load(&path, &Default::default(), &Silent).expect("a scene of the project");
     let hierarchy = Hierarchy::build(&scene, false, &Silent);
-    let options = CompareOptions {
-        solve: SolveOptions {
-            epsilon: 2e-2,
-            contrast: 0.8,
-            min_size: None,
-            resolution: 16.0,
-            iterations: 200,
-            visibility: VisibilityOptions { strategy: Strategy::Adaptive, rays: 4, certify: false },
-            record: Record::Nothing,
-        },
-        rays: 2000,
-        repeats: 1,
-        solves: 1,
-        camera: scene::Camera { width: 160, height: 160, ..scene.cameras[0].clone() },
-        render: RenderOptions { samples: 1, view: View::Shaded },
-        square_meters: 1.0,
-    };
+    let options = coarse(&scene, Strategy::Adaptive, 160);
     let tracer = FallbackTracer::new(&hierarchy.mesh);
     let blind = Blind::to(&tracer, BOX_SIDE);
     let (found, pictures) = compare(&hierarchy, [&tracer, &blind], &options, &Silent);

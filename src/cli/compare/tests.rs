@@ -1,5 +1,7 @@
 //! Faults planted in a tracer: the exit code is 9 and the place is named.
 
+#[path = "../../../tests/coarse_comparison/mod.rs"]
+mod coarse_comparison;
 #[path = "../../../tests/faulty_tracers/mod.rs"]
 mod faulty_tracers;
 
@@ -7,16 +9,13 @@ use super::super::args::{Arguments, Verb};
 use super::super::errors::ExitKind;
 use super::*;
 use crate::progress::Silent;
-use crate::radiosity::{Record, SolveOptions};
 use crate::scene;
 use crate::tracer::{Candidates, FallbackTracer, FilterAudit, Hit, NO_FACET, Ray, Segment};
-use crate::visibility::{Strategy, VisibilityOptions};
+use crate::visibility::Strategy;
 use clap::Parser;
+use coarse_comparison::{BOX_SIDE, coarse};
 use faulty_tracers::Blind;
 use std::path::PathBuf;
-
-/// A side of the short box that throws a shadow.
-const BOX_SIDE: u32 = 14;
 
 /// Looks only from a twentieth of the way on.
 struct Late<'a>(&'a FallbackTracer);
@@ -61,23 +60,7 @@ fn answer_in(
     let scene = scene::load(path, &Default::default(), &Silent).expect("a scene of the project");
     let hierarchy = Hierarchy::build(&scene, false, &Silent);
     let tracer = FallbackTracer::new(&hierarchy.mesh);
-    let options = CompareOptions {
-        solve: SolveOptions {
-            epsilon: 2e-2,
-            contrast: 0.8,
-            min_size: None,
-            resolution: 16.0,
-            iterations: 200,
-            visibility: VisibilityOptions { strategy, rays: 4, certify: false },
-            record: Record::Nothing,
-        },
-        rays: 2000,
-        repeats: 1,
-        solves: 1,
-        camera: scene::Camera { width: 8, height: 8, ..scene.cameras[0].clone() },
-        render: RenderOptions { samples: 1, view: View::Shaded },
-        square_meters: 1.0,
-    };
+    let options = coarse(&scene, strategy, 8);
     let faulty = fault(&tracer);
     let (found, pictures) = compare(&hierarchy, [&tracer, faulty.as_ref()], &options, &Silent);
     let report = CompareReport::new(&scene.name, ["fallback", faulty.name()], 1, &hierarchy, &found);
