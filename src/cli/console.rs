@@ -4,6 +4,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use crate::image::write::OutputError;
+use crate::report::text::printable;
 
 /// Writes `error: …` on standard error, as one line whatever `message` holds.
 pub(super) fn error(message: &str) {
@@ -15,15 +16,15 @@ pub(super) fn warning(message: &str) {
     let _ = writeln!(io::stderr(), "warning: {}", one_line(message));
 }
 
-/// Writes `text` on standard error as it is.
+/// Writes `text` on standard error, but for control characters.
 pub(super) fn note(text: &str) {
-    let _ = io::stderr().write_all(text.as_bytes());
+    let _ = io::stderr().write_all(printable(text).as_bytes());
 }
 
-/// Writes `text` on standard output as it is. A reader that has left is no error; a full disk is.
+/// Writes `text` on standard output, but for control characters. A reader that has left is no error; a full disk is.
 pub(super) fn answer(text: &str) -> Result<(), OutputError> {
     let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    match out.write_all(printable(text).as_bytes()).and_then(|()| out.flush()) {
         Err(source) if source.kind() != io::ErrorKind::BrokenPipe => {
             Err(OutputError::Io { path: PathBuf::from("standard output"), source })
         }

@@ -85,12 +85,27 @@ fn quoted(word: &str) -> Cow<'_, str> {
     if !word.is_empty() && word.chars().all(is_plain) {
         return word.into();
     }
-    format!("'{}'", word.replace('\'', r"'\''")).into()
+    if !word.contains(char::is_control) {
+        return format!("'{}'", word.replace('\'', r"'\''")).into();
+    }
+    // What cannot be shown is spelled out, byte by byte.
+    let spelled = |c: char| match c {
+        '\'' | '\\' => format!("\\{c}"),
+        c if c.is_control() => c.to_string().bytes().map(|byte| format!("\\{byte:03o}")).collect(),
+        c => c.to_string(),
+    };
+    format!("$'{}'", word.chars().map(spelled).collect::<String>()).into()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_cannot_be_shown_is_spelled_out() {
+        let line = command_line(["lightshaft", "a\u{1b}[31m'b\\", "x\ny"].iter().map(OsString::from));
+        assert_eq!(line, r"lightshaft $'a\033[31m\'b\\' $'x\012y'");
+    }
 
     #[test]
     fn a_shell_reads_the_words_that_were_typed() {

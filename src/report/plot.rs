@@ -11,7 +11,7 @@ use super::convergence::Convergence;
 use super::labels::{self, Labelled};
 use super::look::Look;
 use super::profile::{Profile, ProfiledRun};
-use super::text::counted;
+use super::text::{counted, printable};
 use crate::image::write::{FillError, OutputError, write_atomically};
 
 /// Size of a plot, pixels.
@@ -115,7 +115,7 @@ impl Plot<'_> {
         let size = (SIZE.0 + if self.has_legend() { LEGEND } else { 0 }, SIZE.1);
         let text =
             self.svg(size).map_err(|message| OutputError::Encode { path: path.to_owned(), message })?;
-        write_atomically(path, |file| file.write_all(text.as_bytes()).map_err(FillError::Io))
+        write_atomically(path, |file| file.write_all(printable(&text).as_bytes()).map_err(FillError::Io))
     }
 
     fn has_legend(&self) -> bool {

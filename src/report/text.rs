@@ -1,6 +1,17 @@
 //! Text that stands in columns, and numbers with what they count.
 
+use std::borrow::Cow;
 use std::fmt::Write;
+
+/// Names come from files and from what was typed: what they hold of control characters would work on a terminal and make a
+/// plot unreadable, so each but line ends and tabs becomes the character that stands for what cannot be shown.
+pub(crate) fn printable(text: &str) -> Cow<'_, str> {
+    let is_hidden = |c: char| c.is_control() && !matches!(c, '\n' | '\t');
+    if !text.contains(is_hidden) {
+        return text.into();
+    }
+    text.replace(is_hidden, "\u{fffd}").into()
+}
 
 /// Columns of equal width: words to the left, what begins with a digit to the right. Rows are as long as the first.
 pub(super) fn aligned<R: AsRef<[String]>>(heads: &R, rows: &[R]) -> String {
@@ -39,6 +50,12 @@ pub(crate) fn times(count: u32) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn control_characters_are_not_printed() {
+        assert_eq!(printable("red \u{1b}[31m\ttext\r\n\u{9b}"), "red \u{fffd}[31m\ttext\u{fffd}\n\u{fffd}");
+        assert!(matches!(printable("Stühle\n"), Cow::Borrowed(_)));
+    }
 
     #[test]
     fn one_is_singular() {

@@ -19,6 +19,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::look::COLOURS;
 use super::setup::Setup;
+use super::text::printable;
 use crate::image::write::{FillError, OutputError, write_atomically};
 
 /// Colours of plots on a dark page, in the order of [`COLOURS`].
@@ -49,7 +50,7 @@ struct Section {
 impl Page {
     fn write(&self, path: &Path, setup: &Setup) -> Result<(), OutputError> {
         let text = self.markup(setup).into_string();
-        write_atomically(path, |file| file.write_all(text.as_bytes()).map_err(FillError::Io))
+        write_atomically(path, |file| file.write_all(printable(&text).as_bytes()).map_err(FillError::Io))
     }
 
     fn markup(&self, setup: &Setup) -> Markup {
