@@ -12,6 +12,7 @@ use glam::Vec3;
 use std::fmt::Write;
 use std::fs::File;
 use std::io::{self, Read};
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 /// What the first line begins with.
@@ -22,6 +23,9 @@ const VERSION: u32 = 2;
 
 /// Largest file that is written and read, bytes: a hundred thousand rays, or fewer with long lists of candidates.
 const MOST_BYTES: u64 = 16 << 20;
+
+/// How long segments and directions may be, local units: what is outside rounds to nothing, or to no number.
+const LENGTHS: RangeInclusive<f64> = 1e-12..=1e9;
 
 /// A ray of a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -297,6 +301,18 @@ fn parse(line: &str, mesh: &TraceMesh) -> Result<Replayed, String> {
     }
     let [a, b, c, d, e, f] = coordinates;
     let points = [Vec3::new(a, b, c), Vec3::new(d, e, f)];
+    let [from, to] = points.map(Vec3::as_dvec3);
+    let way = if *what == "ray" { to } else { to - from }.length();
+    if !LENGTHS.contains(&way) || from.length() > *LENGTHS.end() {
+        return Err(format!(
+            "from {:.1e} away it goes {way:.1e} far; rays begin at most {:.0e} away and go {:.0e} to {:.0e} far, where 1 is half the \
+             size of the scene",
+            from.length(),
+            LENGTHS.end(),
+            LENGTHS.start(),
+            LENGTHS.end()
+        ));
+    }
     let facets = mesh.first_triangle.len() as u32 - 1;
     let facet = |word: &str| match word.parse() {
         _ if word == "-" => Ok(NO_FACET),

@@ -17,7 +17,7 @@ fn disagreements() -> Vec<Disagreement> {
     let of = |mut segment: Segment, index: usize| {
         if index == 7 {
             segment.skip = [0, NO_FACET];
-            segment.from = Vec3::new(-0.0, 1e-42, f32::MAX);
+            segment.from = Vec3::new(-0.0, 1e-42, 9e8);
         }
         let ray = Ray { origin: segment.from, direction: segment.to };
         let question = if index == 3 { Question::Ray(ray) } else { Question::Segment(segment) };
@@ -94,6 +94,22 @@ fn what_is_no_file_of_this_size_is_refused() {
 fn with_head(body: &str) -> String {
     let (count, sum) = (rays_of(body, 1).count(), crc32fast::hash(body.as_bytes()));
     format!("lightshaft replay 2\ngeometry {}\nrays {count} crc32 {sum:08x}\n{body}", fingerprint(&mesh()))
+}
+
+#[test]
+fn rays_that_go_nowhere_or_too_far_are_refused() {
+    for line in [
+        "ray 0 0 0 0 0 0 by hand",
+        "ray 0 0 0 1e-13 0 0 by hand",
+        "ray 0 0 0 1e38 1e38 1e38 by hand",
+        "ray 1e38 0 0 1 0 0 by hand",
+        "segment 1 2 3 1 2 3 - - - by hand",
+        "segment -3e38 0 0 3e38 0 0 - - - by hand",
+    ] {
+        let message = read(with_head(&format!("{line}\n"))).expect_err(line).to_string();
+        assert!(message.contains(":4: from ") && message.contains("1e-12 to 1e9 far"), "{line}: {message}");
+    }
+    assert!(read(with_head("ray 0 0 0 0 1e-9 0 by hand\nsegment 0 0 1e4 0 0 0 - - - by hand\n")).is_ok());
 }
 
 #[test]
