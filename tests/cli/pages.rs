@@ -90,6 +90,24 @@ fn names_of_files_become_text() {
     assert_eq!(page.matches("src=\"data:image/png;base64,").count(), 4, "{page}");
 }
 
+/// A name may hold what works on a terminal, or ends a line of one.
+#[cfg(unix)]
+#[test]
+fn control_characters_of_names_are_nowhere_raw() {
+    let folder = Folder::with_scene();
+    let name = "a\u{1b}[31mb\u{7}.toml";
+    folder.write(name, SCENE);
+    let files = ["--html", "a.html", "--plot", "a.svg", "--json", "a.json"];
+    let run = folder.run(&[&PROFILE[..], &["adaptive", name], &files].concat());
+    assert_eq!(run.code, 0, "{run:?}");
+    let read = |name: &str| std::fs::read_to_string(folder.path(name)).expect("written");
+    for text in [run.stdout.clone(), run.stderr.clone(), read("a.html"), read("a.svg"), read("a.json")] {
+        assert!(!text.contains(|c: char| c.is_control() && !"\n\t".contains(c)), "{text:?}");
+    }
+    assert!(read("a.html").contains(r"$'a\033[31mb\007.toml'"), "{}", read("a.html"));
+    folder.run(&["compare", name, "--replay", "no\u{1b}ne"]).expect_error(3, &["no"]);
+}
+
 #[test]
 fn a_page_that_cannot_be_written_is_said_before_anything_is_solved() {
     let folder = Folder::with_scene();

@@ -41,7 +41,7 @@ fn every_run_is_a_row_a_record_and_a_point_of_the_plot() {
     let expected =
         [("adaptive", 4), ("adaptive", 16), ("sampled", 4), ("sampled", 16)].map(|(s, r)| (s, "fallback", r));
     assert_eq!(kinds, expected);
-    assert_eq!((&record["yardstick"], &record["format"]), (&3.into(), &2.into()), "sampled with 16 rays");
+    assert_eq!((&record["yardstick"], &record["format"]), (&3.into(), &3.into()), "sampled with 16 rays");
     assert_eq!(record["aim"], 0, "the first that was typed");
     assert_eq!(record["setup"]["lightshaft"], env!("CARGO_PKG_VERSION"));
     assert_eq!(record["setup"]["embree"], Value::Null, "it was not used");
@@ -52,7 +52,15 @@ fn every_run_is_a_row_a_record_and_a_point_of_the_plot() {
     assert_eq!(setting("quality"), Some("draft".into()), "{record}");
     assert_eq!(setting("points"), Some("points.txt".into()), "{record}");
     assert!(["reference", "rays for a point", "materials"].iter().all(|name| setting(name).is_some()));
-    let rows: Vec<&str> = run.stdout.lines().skip(3).take(4).collect();
+    for (name, value) in [
+        ("strategies", "adaptive, sampled"),
+        ("tracers", "fallback"),
+        ("rays for a pair", "4, 16"),
+        ("each run made", "once"),
+    ] {
+        assert_eq!(setting(name), Some(value.into()), "{name}");
+    }
+    let rows: Vec<&str> = run.stdout.lines().skip(4).take(4).collect();
     for (run, row) in runs.iter().zip(rows) {
         let number = |value: &Value| value.as_f64().filter(|&n| n > 0.0).unwrap_or_else(|| panic!("{run}"));
         let seconds = &run["visibility_seconds"];
@@ -104,6 +112,8 @@ fn the_default_compares_at_equal_error() {
             second.starts_with("Cheapest at equal error: ") && second.contains("the largest step."),
             "{second}"
         );
+        let third = run.stdout.lines().nth(2).expect("words");
+        assert!(third.starts_with("Its whole solution takes "), "{third}");
     }
 }
 
@@ -128,6 +138,13 @@ fn what_is_named_twice_is_made_once_and_so_is_what_asks_no_tracer() {
     assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{run:?}");
     let wanted = [named("all", "none"), named("root", "embree"), named("root", "fallback")];
     assert_eq!(kinds(&record(&folder)), wanted);
+    // The line that names the library stands once for each time that it is used.
+    let loud = ["profile", "scene.toml", "--quality", "draft", "--repeat", "1"];
+    for tracers in ["auto,embree,fallback", "embree,auto", "auto"] {
+        let options = ["--strategies", "root", "--tracers", tracers, "--rays", "4"];
+        let run = folder.run(&[&loud[..], &options].concat());
+        assert_eq!((run.code, run.stderr.to_lowercase().matches("embree 4").count()), (0, 1), "{run:?}");
+    }
 }
 
 #[test]
@@ -159,7 +176,8 @@ fn what_cannot_be_done_is_said_before_anything_is_solved() {
         (&["--rays", "16,,4"], "--rays"),
         (&["--repeat", "0"], "--repeat"),
         (&["--points", "points.txt"], "--reference"),
-        (&["-o", "p.csv"], ".json"),
+        (&["-o", "p.csv"], "--json p.csv: the name must end in .json"),
+        (&["--json"], "--json"),
         (&["--plot", "p.png"], ".svg"),
         (&["--trace", "t.txt"], ".json"),
         (&["--trace", "a.json", "-o", "a.json"], "a.json"),
