@@ -90,7 +90,9 @@ fn about_several(found: &Profile) -> Vec<String> {
     let with_light = || found.runs.iter().filter(|run| run.has_light());
     let least =
         |value: &dyn Fn(&ProfiledRun) -> f64| with_light().min_by(|a, b| value(a).total_cmp(&value(b)));
-    let Some(yardstick) = found.runs.get(found.yardstick) else { return Vec::new() };
+    let Some(yardstick) = found.runs.get(found.yardstick).filter(|run| run.has_light()) else {
+        return Vec::new();
+    };
     let mut words = vec![format!(
         "The yardstick, to which ratios of time are, is {}: {:.3} s in visibility, with an error of {}.",
         yardstick.name(),
