@@ -237,7 +237,7 @@ fn speed(report: &CompareReport) -> Result<Markup, String> {
         }
     };
     let memory = [
-        pair("the tracer itself, when it was built", &megabytes(report.tracer_bytes)),
+        pair("the tracer itself: its tree, and copies of the mesh", &megabytes(report.tracer_bytes)),
         pair("solving, above what there was", &megabytes(report.solving_bytes)),
         pair("the solution: links and elements", &megabytes(report.solution_bytes)),
     ];
