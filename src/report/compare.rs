@@ -356,7 +356,7 @@ impl CompareReport {
         if all.abs() > FELT && light.bias.abs() > 0.5 * light.mean && (b - a) * all > 0.0 {
             let than = if all > 0.0 { "brighter" } else { "darker" };
             text += &format!(
-                " Most of that is a factor on all light, which keeps any from being lost: rays find it, {a:.4} and {b:.4}, \
+                " Most of the difference is a factor on all light, which keeps any from being lost: rays find it, {a:.4} and {b:.4}, \
                  and with its bounces the light of the second is {:.2} % {than} in the mean.",
                 100.0 * all.abs()
             );
