@@ -16,7 +16,8 @@ fn of_status(line: &str) -> u64 {
 /// Resident memory while something is done, against what was resident before.
 ///
 /// What was freed before is given back to the system first, as far as its allocator can (that of the GNU C library does):
-/// else it would stay resident and be used again, and what is done later would seem to need less.
+/// else it would stay resident and be used again, and what is done later would seem to need less. What is left of that are
+/// the free ends of the heaps of threads, which it keeps: some MB.
 #[derive(Clone, Copy, Debug)]
 pub struct Rise {
     before: u64,
