@@ -35,7 +35,8 @@ def run(command, folder, what):
         raise RuntimeError(f"{what}: {error}") from error
     if result.returncode != 0:
         said = [line for line in (result.stderr + result.stdout).splitlines() if line.strip()]
-        raise RuntimeError(f"{what}: {said[-1] if said else 'it said nothing'}")
+        wrong = [line for line in said if line.lower().startswith(("error", "npm error"))]
+        raise RuntimeError(f"{what}: {(wrong + said + ['it said nothing'])[0]}")
 
 
 def npm(folder):
@@ -56,7 +57,7 @@ def provision(folder):
     # In the same folder, so that the last step is a rename: another build may run at this moment.
     with tempfile.TemporaryDirectory(dir=folder) as scratch:
         scratch = pathlib.Path(scratch)
-        pack = ["pack", PACKAGE, "--silent", "--ignore-scripts", "--fetch-retries=1", "--fetch-timeout=60000"]
+        pack = ["pack", PACKAGE, "--loglevel=error", "--ignore-scripts", "--fetch-retries=1", "--fetch-timeout=60000"]
         run([*npm(scratch), *pack], scratch, f"npm could not download {PACKAGE}")
         packed = list(scratch.glob("*.tgz"))
         if len(packed) != 1:
