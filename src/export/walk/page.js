@@ -2,14 +2,27 @@
 
 const found = id => document.getElementById(id);
 
+// As many pixels are drawn at most, whatever the screen has.
+const MOST_PIXELS = 1 << 23;
+
+/**
+ * Pixels that are drawn for one of the page, along a line. Four for one of the screen where those are large: the samples that
+ * the graphics card would take of a pixel have no depth of their own when the shader gives it, and dots of what lies behind
+ * an edge would show along it.
+ */
+function sharpness(width, height) {
+  const wanted = devicePixelRatio < 2 ? 2 * devicePixelRatio : Math.min(devicePixelRatio, 3);
+  return Math.min(wanted, Math.max(1, Math.sqrt(MOST_PIXELS / Math.max(width * height, 1))));
+}
+
 async function show() {
   const settings = JSON.parse(found("settings").textContent);
   const canvas = found("view");
   if (typeof DecompressionStream === "undefined") throw new Error("this browser is too old: it unpacks nothing by itself");
   const three = await library();
-  const context = canvas.getContext("webgl2", { antialias: true, alpha: false, powerPreference: "high-performance" });
+  const context = canvas.getContext("webgl2", { antialias: false, alpha: false, powerPreference: "high-performance" });
   if (!context) throw new Error("this browser has no WebGL 2, or it is switched off");
-  const renderer = new three.WebGLRenderer({ canvas, context, antialias: true });
+  const renderer = new three.WebGLRenderer({ canvas, context });
   renderer.setClearColor(0x000000, 1);
 
   const uniforms = {
@@ -47,7 +60,7 @@ async function show() {
 
   const draw = () => {
     const [width, height] = [canvas.clientWidth, canvas.clientHeight];
-    const ratio = Math.min(window.devicePixelRatio, 2);
+    const ratio = sharpness(width, height);
     if (renderer.getPixelRatio() !== ratio) renderer.setPixelRatio(ratio);
     const size = renderer.getSize(new three.Vector2());
     if (size.x !== width || size.y !== height) renderer.setSize(width, height, false);

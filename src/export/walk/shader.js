@@ -5,7 +5,7 @@ const VERTEX = `
 in vec3 position;
 in vec4 light;
 uniform mat4 modelViewMatrix, projectionMatrix;
-centroid out vec3 radiance;
+out vec3 radiance;
 out float inside;
 flat out float mark;
 void main() {
@@ -18,11 +18,10 @@ void main() {
 const FRAGMENT = `
 precision highp float;
 precision highp int;
-centroid in vec3 radiance;
+in vec3 radiance;
 in float inside;
 flat in float mark;
-uniform float exposure, near, far, ratio;
-uniform int height;
+uniform float exposure, near, far, ratio, height;
 uniform bool filmic, mesh, classes;
 uniform vec3 colours[4];
 out vec4 shown;
@@ -44,16 +43,16 @@ vec3 srgbOf(vec3 linear) {
   return mix(bent, 12.92 * linear, vec3(lessThanEqual(linear, vec3(0.0031308))));
 }
 
-// Against banding: thresholds spread evenly over the plane.
+// Against banding: thresholds spread evenly over the pixels of the page.
 float dither() {
-  uint x = uint(gl_FragCoord.x), y = uint(height - 1) - uint(gl_FragCoord.y);
+  uint x = uint(gl_FragCoord.x / ratio), y = uint((height - gl_FragCoord.y) / ratio);
   uint phase = x * 0xC13FA9A9u + y * 0x91E10DA5u;
   return float(phase >> 8) / 16777216.0;
 }
 
 void main() {
   // Depth by its logarithm: as exact, relative to the distance, at the other end of the scene as before one's feet.
-  gl_FragDepth = clamp(log2(1.0 / (gl_FragCoord.w * near)) / log2(far / near), 0.0, 1.0);
+  gl_FragDepth = clamp(-log2(gl_FragCoord.w * near) / log2(far / near), 0.0, 1.0);
 
   vec3 rgb = min(max(radiance, 0.0) * exposure, 1e30);
   vec3 displayed = filmic ? filmicOf(rgb) : min(rgb, 1.0);
