@@ -21,7 +21,7 @@ use data::{packed, packed_part};
 
 /// What browsers open with some memory to spare, bytes: the text, what it unpacks to and the copy of the graphics card are
 /// there at the same time.
-const MOST_BYTES: u64 = 512 << 20;
+const MOST_BYTES: u64 = 256 << 20;
 
 /// The parts of the script, one module.
 const SCRIPT: [&str; 4] =
@@ -31,7 +31,7 @@ const SCRIPT: [&str; 4] =
 /// caller has started.
 ///
 /// # Errors
-/// When the folder is missing or not writable, the disk is full, the page would have more than 512 MiB or numbers do not fit
+/// When the folder is missing or not writable, the disk is full, the page would have more than 256 MiB or numbers do not fit
 /// single precision; then `path` is as before.
 pub fn write_walk(
     path: &Path,
@@ -79,6 +79,8 @@ impl Page<'_> {
 
         self.text(&panel::head(&scene.name))?;
         self.text(&panel::body(lit, display, &legend, &library.licence))?;
+        // It waits for all that follows, and says so when that was cut off.
+        self.script("module", "", &SCRIPT.concat())?;
         // Within a script nothing but its end counts, and no text of JSON needs this letter.
         let settings = settings.to_string().replace('<', "\\u003c");
         self.script("application/json", "id=\"settings\"", &settings)?;
@@ -95,7 +97,6 @@ impl Page<'_> {
         for (id, text) in [("three-core", &library.core), ("three-module", &library.module)] {
             self.script("application/octet-stream", &format!("id=\"{id}\""), &packed(text.as_bytes())?)?;
         }
-        self.script("module", "", &SCRIPT.concat())?;
         self.text("</body>\n</html>\n")?;
         exported.bytes = self.bytes;
         Ok(exported)

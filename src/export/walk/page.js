@@ -18,6 +18,7 @@ function sharpness(width, height) {
 async function show() {
   const settings = JSON.parse(found("settings").textContent);
   const canvas = found("view");
+  if (!found("three-module")) throw new Error("the file is cut off");
   if (typeof DecompressionStream === "undefined") throw new Error("this browser is too old: it unpacks nothing by itself");
   const three = await library();
   const context = canvas.getContext("webgl2", { antialias: false, alpha: false, powerPreference: "high-performance" });
@@ -158,8 +159,8 @@ async function show() {
   addEventListener("keydown", event => {
     walker.isHurried = event.shiftKey;
     // Those of the browser, and of what is being used.
-    if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest("select")) return;
-    const isRange = event.target.closest("input[type=range], input[type=radio], pre");
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest?.("select")) return;
+    const isRange = event.target.closest?.("input[type=range], input[type=radio], pre");
     if (event.code in MOVES && !(isRange && event.code.startsWith("Arrow"))) {
       walker.held.add(event.code);
       event.preventDefault();

@@ -23,6 +23,16 @@ const KEYS: [(&str, &str); 9] = [
     ("M, C", "element mesh, class colours"),
 ];
 
+/// Buttons for those without keys: the key, what it does, and the shape on it.
+const PAD: [(&str, &str, &str); 6] = [
+    ("KeyQ", "down", "M1 2h8v1H1zM1 4h8L5 9z"),
+    ("KeyW", "forward", "M1 8h8L5 2z"),
+    ("KeyE", "up", "M1 7h8v1H1zM1 6h8L5 1z"),
+    ("KeyA", "left", "M8 1v8L2 5z"),
+    ("KeyS", "back", "M1 2h8L5 8z"),
+    ("KeyD", "right", "M2 1v8l6-4z"),
+];
+
 /// Up to the body.
 pub(super) fn head(name: &str) -> String {
     let head = html! {
@@ -48,11 +58,10 @@ pub(super) fn body(lit: LitScene<'_>, display: Display, legend: &Legend, licence
         p #status role="status" { "Unpacking the light …" }
         noscript { p.alarm { "This page needs JavaScript and WebGL 2. Nothing is loaded from elsewhere." } }
         div #pad hidden role="group" aria-label="Move" {
-            @for (key, label, sign) in [
-                ("KeyQ", "down", "⤓"), ("KeyW", "forward", "▲"), ("KeyE", "up", "⤒"),
-                ("KeyA", "left", "◀"), ("KeyS", "back", "▼"), ("KeyD", "right", "▶"),
-            ] {
-                button type="button" data-key=(key) aria-label=(label) { (sign) }
+            @for (key, label, shape) in PAD {
+                button type="button" data-key=(key) aria-label=(label) {
+                    svg viewBox="0 0 10 10" aria-hidden="true" { path d=(shape) {} }
+                }
             }
         }
         details #panel open {
