@@ -13,8 +13,8 @@ import sys
 from browser import PROJECT, look, looked_at, run
 
 EXPOSURE = {"cornell-box": "3", "paper-1": "1"}
-# The first has two cameras, and in the last one z is up.
-WALKS = {"paper-1": 0.7, "cornell-box": 3, "penumbra": 0.5}
+# The first has two cameras, and in the last one z is up. All are so bright that much of the light is more than white.
+WALKS = {"paper-1": 4, "cornell-box": 6, "penumbra": 2}
 
 
 def write_models(lightshaft, folder):
@@ -40,7 +40,7 @@ def write_walks(lightshaft, folder):
         run([lightshaft, "export", solution, "--html", page, "--exposure", str(exposure), "-q"], "lightshaft export")
         kinds = {
             "filmic": ["--exposure", str(exposure)],
-            "plain": ["--exposure", str(2 * exposure), "--tone", "plain"],
+            "plain": ["--exposure", str(exposure / 2), "--tone", "plain"],
             "dim": ["--exposure", str(exposure / 8)],
             "class": ["--view", "class"],
         }
