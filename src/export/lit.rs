@@ -65,7 +65,7 @@ pub(super) struct Vertex {
 
 /// What the middle of an element is marked with, at least 1, by its id; then all elements are divided from there, and it
 /// is the last corner of each of their triangles.
-pub(super) type Marks<'a> = &'a (dyn Fn(u32) -> u8 + Sync);
+pub(super) type Marks<'a> = &'a dyn Fn(u32) -> u8;
 
 /// Some of the triangles.
 #[derive(Debug, Default)]

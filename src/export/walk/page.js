@@ -61,6 +61,8 @@ async function show() {
 
   const draw = () => {
     const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+    // There is nothing to see, as in a frame that is folded away.
+    if (width === 0 || height === 0) return;
     const ratio = sharpness(width, height);
     if (renderer.getPixelRatio() !== ratio) renderer.setPixelRatio(ratio);
     const size = renderer.getSize(new three.Vector2());
