@@ -44,7 +44,8 @@ pub(super) enum Verb {
     /// Give a solution other lamps or reflectances, over the links that it has, and keep it in a file
     #[command(after_help = exit_codes_help())]
     Relight(Box<RelightArgs>),
-    /// Write a solved scene as a model for other programs: GLB with the light in its colours, PLY with exitance
+    /// Write a solved scene as a model for other programs, GLB with the light in its colours or PLY with exitance, or as a
+    /// page to walk through in a browser
     #[command(after_help = exit_codes_help())]
     Export(Box<ExportArgs>),
     /// Solve a scene and print the irradiance at points of it

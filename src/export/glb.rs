@@ -51,7 +51,7 @@ pub fn write_glb(
         // The JSON comes first and tells what is in the rest, which is therefore kept aside meanwhile.
         let mut binary = BufWriter::new(kept_aside(path)?);
         let mut model = Model::default();
-        lit.for_each_part(progress, |part| model.add(part, display, &mut binary))?;
+        lit.for_each_part(None, progress, |part| model.add(part, display, &mut binary))?;
         let mut binary = binary.into_inner().map_err(io::IntoInnerError::into_error)?;
         binary.rewind()?;
         let root = model.finished(lit, display)?;

@@ -59,7 +59,13 @@ pub(super) struct Vertex {
     pub(super) position: Vec3,
     /// W/m², linear RGB.
     pub(super) exitance: Vec3,
+    /// 0 for a corner of elements; in the middle of one what [`Marks`] say.
+    pub(super) mark: u8,
 }
+
+/// What the middle of an element is marked with, at least 1, by its id; then all elements are divided from there, and it
+/// is the last corner of each of their triangles.
+pub(super) type Marks<'a> = &'a dyn Fn(u32) -> u8;
 
 /// Some of the triangles.
 #[derive(Debug, Default)]
@@ -68,7 +74,7 @@ pub(super) struct Part {
     /// Counter-clockwise seen from the lit side.
     pub(super) triangles: Vec<[u16; 3]>,
     /// The numbers of the vertices, by the bits of their values.
-    numbers: HashMap<[u32; 6], u16>,
+    numbers: HashMap<[u32; 7], u16>,
 }
 
 impl Display {
@@ -114,6 +120,7 @@ impl LitScene<'_> {
     /// Those of `visit`; when positions are too large or too small for single precision.
     pub(super) fn for_each_part(
         &self,
+        marks: Option<Marks<'_>>,
         progress: &dyn Progress,
         mut visit: impl FnMut(&Part) -> io::Result<()>,
     ) -> io::Result<()> {
@@ -130,7 +137,7 @@ impl LitScene<'_> {
                 .map(|side| reconstruction.outlines(side))
                 .collect();
             for (side, outlines) in (begin..end).zip(&outlines) {
-                for triangle in self.triangles(side, outlines) {
+                for triangle in self.triangles(side, outlines, marks) {
                     if !triangle
                         .iter()
                         .all(|corner| corner.position.is_finite() && corner.exitance.is_finite())
@@ -158,7 +165,12 @@ impl LitScene<'_> {
 
     /// The triangles of all elements of a side: an element that is no triangle, or has corners of others on its edges,
     /// is divided from its middle.
-    fn triangles<'o>(&self, side: usize, outlines: &'o Outlines) -> impl Iterator<Item = [Vertex; 3]> + 'o {
+    fn triangles<'o>(
+        &self,
+        side: usize,
+        outlines: &'o Outlines,
+        marks: Option<Marks<'o>>,
+    ) -> impl Iterator<Item = [Vertex; 3]> + 'o {
         let side = self.solution.forest.side(side);
         let plane = self.hierarchy.facets[side.facet as usize].plane;
         let normal = if side.back { -plane.normal } else { plane.normal };
@@ -167,17 +179,21 @@ impl LitScene<'_> {
             if side.back { Vec3::ZERO } else { Vec3::from(material.radiance) * std::f32::consts::PI };
         let reflectance = Vec3::from(material.reflectance);
         let meters = self.meters_per_local();
-        let vertex = move |(point, irradiance): (DVec3, Vec3)| Vertex {
+        let vertex = move |(point, irradiance): (DVec3, Vec3), mark: u8| Vertex {
             // Zero has one sign, so that what is the same has the same bits.
             position: (point * meters).as_vec3() + 0.0,
             exitance: emitted + reflectance * irradiance + 0.0,
+            mark,
         };
         outlines.iter().flat_map(move |outline| {
             let count = outline.points.len();
-            let corner = move |i: usize| vertex((outline.points[i % count], outline.irradiance[i % count]));
-            let middle = if count == 3 { corner(0) } else { vertex(outline.center(normal)) };
-            let edges = if count == 3 { 1..2 } else { 0..count };
-            edges.map(move |i| [middle, corner(i), corner(i + 1)])
+            let corner =
+                move |i: usize| vertex((outline.points[i % count], outline.irradiance[i % count]), 0);
+            let mark = marks.map_or(0, |marks| marks(outline.element));
+            let is_whole = count == 3 && marks.is_none();
+            let middle = if is_whole { corner(2) } else { vertex(outline.center(normal), mark) };
+            let edges = if is_whole { 0..1 } else { 0..count };
+            edges.map(move |i| [corner(i), corner(i + 1), middle])
         })
     }
 }
@@ -198,7 +214,7 @@ impl Part {
         let triangle = corners.map(|corner| {
             let [x, y, z] = corner.position.to_array().map(f32::to_bits);
             let [red, green, blue] = corner.exitance.to_array().map(f32::to_bits);
-            *self.numbers.entry([x, y, z, red, green, blue]).or_insert_with(|| {
+            *self.numbers.entry([x, y, z, red, green, blue, corner.mark.into()]).or_insert_with(|| {
                 self.vertices.push(corner);
                 (self.vertices.len() - 1) as u16
             })

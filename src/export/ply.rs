@@ -32,7 +32,7 @@ pub fn write_ply(
         // The header has the counts and faces come after all vertices, so both are kept aside meanwhile.
         let [mut vertices, mut faces] =
             [BufWriter::new(kept_aside(path)?), BufWriter::new(kept_aside(path)?)];
-        lit.for_each_part(progress, |part| {
+        lit.for_each_part(None, progress, |part| {
             let first = exported.vertices;
             exported.vertices += part.vertices.len() as u64;
             exported.triangles += part.triangles.len() as u64;

@@ -52,11 +52,16 @@ impl Spot {
 
 /// The leaf elements of a side, in the order of their ids, as what lies between corners with light.
 #[derive(Debug)]
-pub struct Outlines(SideMesh);
+pub struct Outlines {
+    mesh: SideMesh,
+    first_element: u32,
+}
 
 /// A leaf element with the corners that it has and those that whatever touches it has on its edges.
 #[derive(Clone, Copy, Debug)]
 pub struct Outline<'a> {
+    /// Its id.
+    pub element: u32,
     /// Counter-clockwise seen from the side, local coordinates; at least 3.
     pub points: &'a [DVec3],
     /// At each of them, W/m².
@@ -66,11 +71,10 @@ pub struct Outline<'a> {
 impl Outlines {
     /// The elements.
     pub fn iter(&self) -> impl Iterator<Item = Outline<'_>> {
-        let Outlines(mesh) = self;
+        let Outlines { mesh, first_element } = self;
         let ranges = mesh.first.windows(2).map(|ends| ends[0] as usize..ends[1] as usize);
-        ranges.filter(|corners| !corners.is_empty()).map(|corners| Outline {
-            points: &mesh.points[corners.clone()],
-            irradiance: &mesh.irradiance[corners],
+        (*first_element..).zip(ranges).filter(|(_, corners)| !corners.is_empty()).map(|(element, corners)| {
+            Outline { element, points: &mesh.points[corners.clone()], irradiance: &mesh.irradiance[corners] }
         })
     }
 }
@@ -159,7 +163,7 @@ impl<'a> Reconstruction<'a> {
             }
         });
         mesh.first.push(mesh.points.len() as u32);
-        Outlines(mesh)
+        Outlines { mesh, first_element: self.forest.first_element[index] }
     }
 
     /// Irradiance at a point of an element on the side with this number.

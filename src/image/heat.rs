@@ -111,6 +111,11 @@ impl HeatMap {
         }
     }
 
+    /// Of a map of [`Heat::Class`]: which entry of the legend an element has.
+    pub fn class(&self, element: u32) -> u8 {
+        self.figures[element as usize] as u8
+    }
+
     fn is_logarithmic(&self) -> bool {
         self.kind != Heat::Partial && self.ends[1] > WIDE * self.ends[0]
     }

@@ -17,3 +17,4 @@ mod statistics;
 mod usage;
 mod video;
 mod views;
+mod walk;

@@ -5,6 +5,7 @@ import { createRequire } from "node:module";
 import { basename, dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { launch } from "./launch.mjs";
+import { addressOf, difference } from "./pictures.mjs";
 import { show } from "./viewer.mjs";
 
 const validator = createRequire(import.meta.url)("gltf-validator");
@@ -59,7 +60,8 @@ async function shown(browser, model, picture, fault) {
     return request.respond({ body, contentType: TYPES[path.split(".").pop()] ?? "text/html" });
   });
   await page.goto(HERE, { waitUntil: "load" });
-  const { url, mean, most, share } = await page.evaluate(show, HERE, SAME, fault ?? null);
+  const url = await page.evaluate(show, HERE, fault ?? null);
+  const { mean, most, share } = await page.evaluate(difference, addressOf(picture), url, SAME);
   await page.close();
   if (mean > MOST_MEAN) complaints.push(`differs by ${mean.toFixed(2)} levels in the mean`);
   if (share > MOST_OFF) complaints.push(`${(100 * share).toFixed(2)} % of the pixels differ`);

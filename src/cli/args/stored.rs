@@ -56,7 +56,7 @@ pub(in crate::cli) struct RelightArgs {
 }
 
 #[derive(Debug, Args)]
-#[group(id = "models", required = true, multiple = true, args = ["glb", "ply"])]
+#[group(id = "models", required = true, multiple = true, args = ["glb", "ply", "html"])]
 pub(in crate::cli) struct ExportArgs {
     /// Solution file that `lightshaft solve` or `relight` wrote
     #[arg(value_name = "SOLUTION")]
@@ -67,12 +67,18 @@ pub(in crate::cli) struct ExportArgs {
     /// Model to write (.ply): triangles with exitance in W/m² at their vertices
     #[arg(long, value_name = "FILE")]
     pub(in crate::cli) ply: Option<PathBuf>,
+    /// Page to write (.html): the scene to walk through in a browser, in one file
+    #[arg(long, value_name = "FILE")]
+    pub(in crate::cli) html: Option<PathBuf>,
     /// Multiplier on linear radiance for colours [default: chosen for all cameras of the scene together]
     #[arg(long, value_name = "X", value_parser = positive, allow_negative_numbers = true)]
     pub(in crate::cli) exposure: Option<f64>,
-    /// How exposed radiance becomes colours
-    #[arg(long, value_name = "TONE", value_enum, default_value_t = ToneArg::Plain)]
-    pub(in crate::cli) tone: ToneArg,
+    /// How exposed radiance becomes colours; in a page it can be changed [default: plain for models, filmic for a page]
+    #[arg(long, value_name = "TONE", value_enum)]
+    pub(in crate::cli) tone: Option<ToneArg>,
+    /// The npm package `three` for the page, instead of the copy in this program
+    #[arg(long, value_name = "FOLDER", requires = "html")]
+    pub(in crate::cli) three: Option<PathBuf>,
     /// The scene that was solved, when it is not where it was, seen from the solution file
     #[arg(long, value_name = "FILE")]
     pub(in crate::cli) scene: Option<PathBuf>,

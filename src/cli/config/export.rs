@@ -1,4 +1,4 @@
-//! The checked configuration of a model for other programs.
+//! The checked configuration of a model for other programs, or a page.
 
 use std::path::PathBuf;
 
@@ -17,8 +17,12 @@ pub(in crate::cli) struct ExportConfig {
     pub(in crate::cli) scene: Option<PathBuf>,
     pub(in crate::cli) glb: Option<PathBuf>,
     pub(in crate::cli) ply: Option<PathBuf>,
+    pub(in crate::cli) html: Option<PathBuf>,
+    /// The library of the page, when its folder is typed.
+    pub(in crate::cli) three: Option<PathBuf>,
     pub(in crate::cli) exposure: Exposure,
-    pub(in crate::cli) tone: Tone,
+    /// When it is typed.
+    pub(in crate::cli) tone: Option<Tone>,
 }
 
 impl ExportConfig {
@@ -27,13 +31,14 @@ impl ExportConfig {
     /// # Errors
     /// [`CliError::Usage`] when options contradict each other. No file is touched.
     pub(in crate::cli) fn check(typed: ExportArgs) -> Result<Self, CliError> {
-        let ExportArgs { stored, glb, ply, exposure, tone, scene, machine, print } = typed;
+        let ExportArgs { stored, glb, ply, html, exposure, tone, three, scene, machine, print } = typed;
         check_extension("--glb", glb.as_deref(), "glb")?;
         check_extension("--ply", ply.as_deref(), "ply")?;
-        check_distinct(&[Some(&stored), scene.as_ref(), glb.as_ref(), ply.as_ref()])?;
+        check_extension("--html", html.as_deref(), "html")?;
+        check_distinct(&[Some(&stored), scene.as_ref(), glb.as_ref(), ply.as_ref(), html.as_ref()])?;
         let exposure = checked_exposure(exposure)?;
-        let outputs = [glb.as_ref(), ply.as_ref()].into_iter().flatten().cloned().collect();
+        let outputs = [glb.as_ref(), ply.as_ref(), html.as_ref()].into_iter().flatten().cloned().collect();
         let run = RunConfig::of_stored(stored.clone(), outputs, machine, print.quiet)?;
-        Ok(Self { run, stored, scene, glb, ply, exposure, tone: tone.into() })
+        Ok(Self { run, stored, scene, glb, ply, html, three, exposure, tone: tone.map(Tone::from) })
     }
 }
