@@ -12,7 +12,7 @@ use super::error::{SceneError, name_list, quoted};
 use super::mtl::{self, MtlMaterial};
 use super::obj::{self, ObjMesh};
 use super::triangulate::Triangulator;
-use super::{ImportCounts, Triangle};
+use super::{Camera, ImportCounts, Triangle};
 use crate::progress::Progress;
 
 /// Reflectance of everything that no file gives one.
@@ -44,6 +44,11 @@ pub(super) struct DraftMaterial {
 }
 
 impl DraftMaterial {
+    /// A material of a mesh.
+    pub(super) fn of_mesh(name: &str, reflectance: [f64; 3], radiance: [f64; 3], origin: Origin) -> Self {
+        DraftMaterial { name: name.to_owned(), reflectance, radiance, origin, is_quad: false }
+    }
+
     /// What is given takes the place of what was.
     fn become_other(&mut self, reflectance: Option<[f64; 3]>, radiance: Option<[f64; 3]>) {
         if let Some(reflectance) = reflectance {
@@ -61,6 +66,19 @@ pub(super) fn shown_name(name: &str) -> String {
     name.replace(char::is_control, " ")
 }
 
+/// Splits polygons; keeps its buffers between them.
+pub(super) struct Cutter {
+    triangulator: Triangulator,
+    corners: Vec<DVec3>,
+    split: Vec<[u32; 3]>,
+}
+
+impl Cutter {
+    pub(super) fn new() -> Self {
+        Self { triangulator: Triangulator::new(), corners: Vec::new(), split: Vec::new() }
+    }
+}
+
 /// Everything read so far.
 pub(super) struct Draft {
     /// The file that the user named, for messages about the whole scene.
@@ -75,6 +93,10 @@ pub(super) struct Draft {
     pub(super) warnings: Vec<String>,
     /// Material libraries that were not found, as the meshes name them.
     pub(super) missing_libraries: Vec<String>,
+    /// Lights of the meshes that have no surface.
+    pub(super) pointlike_lights: usize,
+    /// Cameras of the meshes; names differ.
+    pub(super) cameras: Vec<Camera>,
     /// Materials that the meshes use or their libraries define.
     mesh_materials: BTreeSet<String>,
 }
@@ -91,6 +113,8 @@ impl Draft {
             counts: ImportCounts::default(),
             warnings: Vec::new(),
             missing_libraries: Vec::new(),
+            pointlike_lights: 0,
+            cameras: Vec::new(),
             mesh_materials: BTreeSet::new(),
         }
     }
@@ -105,7 +129,7 @@ impl Draft {
             self.warnings.push(format!("{}: no faces in it", path.display()));
         }
         let mut material_of_slot: Vec<Option<u32>> = vec![None; mesh.remarks.slots.len()];
-        let mut triangulator = Triangulator::new();
+        let mut cutter = Cutter::new();
         for model in mesh.models {
             if model.mesh.indices.is_empty() {
                 continue;
@@ -120,7 +144,7 @@ impl Draft {
                     material
                 }
             };
-            self.add_polygons(path, &model.mesh, material, &mut triangulator)?;
+            self.add_polygons(path, &model.mesh, material, &mut cutter)?;
         }
         self.mesh_materials.extend(library.into_keys());
         self.mesh_materials
@@ -133,44 +157,95 @@ impl Draft {
         path: &Path,
         mesh: &tobj::Mesh,
         material: u32,
-        triangulator: &mut Triangulator,
+        cutter: &mut Cutter,
     ) -> Result<(), SceneError> {
-        let first = self.positions.len();
-        if first + mesh.positions.len() / 3 > u32::MAX as usize {
-            return Err(SceneError::invalid(path, None, "more than 4 billion vertices; split the scene"));
-        }
-        let first = first as u32;
+        let first = self.room_for(path, mesh.positions.len() / 3)?;
         let (points, _) = mesh.positions.as_chunks::<3>();
         self.positions.extend(points.iter().map(|&point| DVec3::from_array(point)));
-        let mut corners: Vec<DVec3> = Vec::new();
-        let mut split: Vec<[u32; 3]> = Vec::new();
         let mut start = 0;
         let arities = mesh.face_arities.iter().copied();
         let triangles = if mesh.face_arities.is_empty() { mesh.indices.len() / 3 } else { 0 };
         for arity in arities.chain(std::iter::repeat_n(3, triangles)) {
             let polygon = &mesh.indices[start..start + arity as usize];
             start += arity as usize;
-            corners.clear();
-            corners.extend(polygon.iter().map(|&i| self.positions[(first + i) as usize]));
-            split.clear();
-            triangulator.split(&corners, &mut split);
-            let expected = u64::from(arity.saturating_sub(2));
-            self.counts.triangles_initial += expected;
-            self.counts.dropped_degenerate += expected.saturating_sub(split.len() as u64);
-            let patch = self.patch_count;
-            self.triangles.extend(split.iter().map(|corner| Triangle {
-                vertices: corner.map(|i| first + polygon[i as usize]),
-                material,
-                patch,
-            }));
-            self.patch_count = patch.checked_add(1).ok_or_else(|| {
-                SceneError::invalid(path, None, "more than 4 billion polygons; split the scene")
-            })?;
-        }
-        if self.triangles.len() > u32::MAX as usize {
-            return Err(SceneError::invalid(path, None, "more than 4 billion triangles; split the scene"));
+            self.add_polygon(path, first, polygon, material, cutter)?;
         }
         Ok(())
+    }
+
+    /// The number of the next position, when so many can follow.
+    pub(super) fn room_for(&self, path: &Path, positions: usize) -> Result<u32, SceneError> {
+        let first = self.positions.len();
+        if first + positions > u32::MAX as usize {
+            return Err(SceneError::invalid(path, None, "more than 4 billion vertices; split the scene"));
+        }
+        Ok(first as u32)
+    }
+
+    /// Adds the triangles of a polygon, whose corners are numbers of positions counted from `first`.
+    pub(super) fn add_polygon(
+        &mut self,
+        path: &Path,
+        first: u32,
+        polygon: &[u32],
+        material: u32,
+        cutter: &mut Cutter,
+    ) -> Result<(), SceneError> {
+        cutter.corners.clear();
+        cutter.corners.extend(polygon.iter().map(|&i| self.positions[(first + i) as usize]));
+        cutter.split.clear();
+        cutter.triangulator.split(&cutter.corners, &mut cutter.split);
+        let expected = (polygon.len() as u64).saturating_sub(2);
+        self.counts.triangles_initial += expected;
+        self.counts.dropped_degenerate += expected.saturating_sub(cutter.split.len() as u64);
+        let patch = self.patch_count;
+        self.triangles.extend(cutter.split.iter().map(|corner| Triangle {
+            vertices: corner.map(|i| first + polygon[i as usize]),
+            material,
+            patch,
+        }));
+        self.count_patch(path)
+    }
+
+    /// Adds a triangle of three positions, a patch of its own.
+    pub(super) fn add_triangle(
+        &mut self,
+        path: &Path,
+        vertices: [u32; 3],
+        material: u32,
+    ) -> Result<(), SceneError> {
+        self.counts.triangles_initial += 1;
+        self.triangles.push(Triangle { vertices, material, patch: self.patch_count });
+        self.count_patch(path)
+    }
+
+    fn count_patch(&mut self, path: &Path) -> Result<(), SceneError> {
+        let too_many = |what: &str| {
+            SceneError::invalid(path, None, format!("more than 4 billion {what}; split the scene"))
+        };
+        self.patch_count = self.patch_count.checked_add(1).ok_or_else(|| too_many("polygons"))?;
+        if self.triangles.len() > u32::MAX as usize {
+            return Err(too_many("triangles"));
+        }
+        Ok(())
+    }
+
+    /// Adds a material of a mesh; its number.
+    pub(super) fn add_material(&mut self, material: DraftMaterial) -> u32 {
+        if !self.mesh_materials.contains(&material.name) {
+            self.mesh_materials.insert(material.name.clone());
+        }
+        self.materials.push(material);
+        self.materials.len() as u32 - 1
+    }
+
+    /// Adds cameras of a mesh; of one name the first is kept.
+    pub(super) fn add_cameras(&mut self, cameras: Vec<Camera>) {
+        for camera in cameras {
+            if self.cameras.iter().all(|other| other.name != camera.name) {
+                self.cameras.push(camera);
+            }
+        }
     }
 
     /// The materials by name that the `mtllib` statements of a mesh bring in.
@@ -305,7 +380,7 @@ fn resolve(name: &str, library: &HashMap<String, MtlMaterial>) -> DraftMaterial 
     } else {
         bare
     };
-    DraftMaterial { name: name.to_owned(), reflectance, radiance, origin, is_quad: false }
+    DraftMaterial::of_mesh(name, reflectance, radiance, origin)
 }
 
 /// Up to three names that are a few letters away, nearest first.

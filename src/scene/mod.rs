@@ -8,12 +8,16 @@ mod description;
 mod draft;
 mod error;
 mod generate;
+mod gltf;
 mod lines;
 mod load;
+mod mesh_file;
 mod mtl;
 mod obj;
+mod ply;
 mod pose;
 mod statements;
+mod tint;
 mod toml_file;
 mod triangulate;
 mod turntable;
@@ -80,7 +84,7 @@ pub struct Triangle {
 /// A diffuse surface, linear RGB (Rec. 709).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
-    /// Name in the MTL or the scene description.
+    /// Name in the mesh, its library or the scene description; several may have one.
     pub name: String,
     /// Fraction of light reflected, `[0, 0.98]` per channel.
     pub reflectance: [f32; 3],
