@@ -3,6 +3,7 @@
 
 use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use glam::DVec3;
 
@@ -11,6 +12,7 @@ use super::description::{MaterialOverride, Quad};
 use super::error::{SceneError, name_list, quoted};
 use super::mtl::{self, MtlMaterial};
 use super::obj::{self, ObjMesh};
+use super::texture::Painting;
 use super::triangulate::Triangulator;
 use super::{Camera, ImportCounts, Triangle};
 use crate::progress::Progress;
@@ -40,19 +42,22 @@ pub(super) struct DraftMaterial {
     pub(super) reflectance: [f64; 3],
     pub(super) radiance: [f64; 3],
     pub(super) origin: Origin,
+    /// The picture on its surfaces.
+    pub(super) painting: Option<Arc<Painting>>,
     is_quad: bool,
 }
 
 impl DraftMaterial {
     /// A material of a mesh.
     pub(super) fn of_mesh(name: &str, reflectance: [f64; 3], radiance: [f64; 3], origin: Origin) -> Self {
-        DraftMaterial { name: name.to_owned(), reflectance, radiance, origin, is_quad: false }
+        DraftMaterial { name: name.to_owned(), reflectance, radiance, origin, painting: None, is_quad: false }
     }
 
     /// What is given takes the place of what was.
     fn become_other(&mut self, reflectance: Option<[f64; 3]>, radiance: Option<[f64; 3]>) {
         if let Some(reflectance) = reflectance {
             self.reflectance = reflectance;
+            self.painting = None;
             self.origin = Origin::Given;
         }
         if let Some(radiance) = radiance {
@@ -260,7 +265,7 @@ impl Draft {
             for (name, found) in obj::library_paths(path, names) {
                 match found {
                     Some(found) if read.insert(found.clone()) => {
-                        for material in mtl::read(&found, &mut self.warnings)? {
+                        for material in mtl::read(&found, &mut self.warnings, &mut self.files)? {
                             library.insert(material.name.clone(), material);
                         }
                         self.files.push(found);
@@ -314,6 +319,7 @@ impl Draft {
             reflectance: quad.reflectance,
             radiance: quad.radiance,
             origin: Origin::Given,
+            painting: None,
             is_quad: true,
         });
         for vertices in [[first, first + 1, first + 2], [first, first + 2, first + 3]] {

@@ -1,37 +1,92 @@
-//! MTL through `tobj`: the diffuse reflectance `Kd` and the emitted radiance `Ke` of each material.
+//! MTL through `tobj`: the diffuse reflectance `Kd`, with the mean of its picture, and the emitted radiance `Ke` of each material.
 
-use std::path::Path;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
 
 use super::error::{SceneError, quoted};
-use super::lines::Lines;
+use super::lines::{Lines, MOST_PICTURE_BYTES, read_whole};
+use super::obj::find_beside;
 use super::statements::{LARGEST_COLOUR, number, words};
+use super::texture::Texture;
+
+/// Options and their values before the name of a picture, at most.
+const MOST_WORDS: usize = 32;
 
 /// One material of a library.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct MtlMaterial {
     /// Name after `newmtl`, blanks inside kept.
     pub(super) name: String,
-    /// Reflectance, linear RGB ≥ 0, when there is a `Kd`.
+    /// Reflectance, linear RGB ≥ 0, when there is a `Kd` or a picture.
     pub(super) reflectance: Option<[f64; 3]>,
     /// Radiance in W/(m²·sr), ≥ 0; zero without `Ke`.
     pub(super) radiance: [f64; 3],
 }
 
 /// Reads a library; a later material replaces an earlier one of the same name. Warnings are added to
-/// `warnings`.
+/// `warnings`, and the pictures that were read to `files`.
+///
+/// A picture (`map_Kd`) counts as its mean, which multiplies `Kd`; one that cannot be read is a warning.
 ///
 /// # Errors
 /// [`SceneError::Io`], [`SceneError::Parse`] and [`SceneError::Invalid`], with the line.
-pub(super) fn read(path: &Path, warnings: &mut Vec<String>) -> Result<Vec<MtlMaterial>, SceneError> {
+pub(super) fn read(
+    path: &Path,
+    warnings: &mut Vec<String>,
+    files: &mut Vec<PathBuf>,
+) -> Result<Vec<MtlMaterial>, SceneError> {
     let plain = plain_form(path, warnings)?;
     let (materials, _) = tobj::load_mtl_buf(&mut plain.as_slice())
         .map_err(|error| SceneError::parse(path, None, format!("cannot be read as MTL ({error})")))?;
-    let read = materials.into_iter().map(|material| MtlMaterial {
-        name: material.name,
-        reflectance: material.diffuse,
-        radiance: material.emissive.unwrap_or_default(),
-    });
-    Ok(read.collect())
+    let mut means: HashMap<PathBuf, Result<[f64; 3], String>> = HashMap::new();
+    let mut missing = Vec::new();
+    let mut read = Vec::new();
+    for material in materials {
+        let mut reflectance = material.diffuse;
+        if let Some(name) = &material.diffuse_texture {
+            let mean = match picture_path(path, name) {
+                None => Err("file not found".to_owned()),
+                Some(found) => {
+                    let mean = || {
+                        files.push(found.clone());
+                        mean_colour(&found)
+                    };
+                    means.entry(found.clone()).or_insert_with(mean).clone()
+                }
+            };
+            match mean {
+                Ok(mean) => {
+                    let factor = reflectance.unwrap_or([1.0; 3]);
+                    reflectance = Some([0, 1, 2].map(|channel| factor[channel] * mean[channel]));
+                }
+                Err(why) => missing.push(format!("{} ({why})", quoted(name))),
+            }
+        }
+        let radiance = material.emissive.unwrap_or_default();
+        read.push(MtlMaterial { name: material.name, reflectance, radiance });
+    }
+    if !missing.is_empty() {
+        let (count, first) = (missing.len(), &missing[0]);
+        warnings.push(format!(
+            "{}: {count} texture(s) missing, so the colours of their materials alone count; first {first}",
+            path.display()
+        ));
+    }
+    Ok(read)
+}
+
+/// The file that a `map_Kd` names: the whole rest of the line if there is such a file, else what follows the options.
+fn picture_path(library: &Path, text: &str) -> Option<PathBuf> {
+    let starts = text.match_indices([' ', '\t']).map(|(blank, _)| blank + 1);
+    std::iter::once(0)
+        .chain(starts)
+        .take(MOST_WORDS)
+        .find_map(|start| find_beside(library, text[start..].trim_start()))
+}
+
+fn mean_colour(path: &Path) -> Result<[f64; 3], String> {
+    let bytes = read_whole(path, MOST_PICTURE_BYTES).map_err(|error| error.to_string())?;
+    Ok(Texture::decode(&bytes, u64::MAX)?.mean())
 }
 
 /// `newmtl`, `Kd` and `Ke` statements, checked; `tobj` panics on a colour of one number, and stops at
@@ -81,6 +136,10 @@ fn plain_form(path: &Path, warnings: &mut Vec<String>) -> Result<Vec<u8>, SceneE
                     continue;
                 }
                 plain.extend_from_slice(format!("{keyword} {r:e} {g:e} {b:e}\n").as_bytes());
+            }
+            b"map_Kd" if has_material && !rest.trim_ascii().is_empty() => {
+                let name = String::from_utf8_lossy(rest).trim().to_owned();
+                plain.extend_from_slice(format!("map_Kd {name}\n").as_bytes());
             }
             _ => {}
         }

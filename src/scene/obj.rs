@@ -52,7 +52,7 @@ pub(super) fn library_paths(obj: &Path, names: &str) -> Vec<(String, Option<Path
     if names.is_empty() {
         return Vec::new();
     }
-    if let Some(path) = find_library(obj, names) {
+    if let Some(path) = find_beside(obj, names) {
         return vec![(names.to_owned(), Some(path))];
     }
     let separated: Vec<String> =
@@ -60,7 +60,7 @@ pub(super) fn library_paths(obj: &Path, names: &str) -> Vec<(String, Option<Path
     let found: Vec<_> = separated
         .into_iter()
         .map(|name| {
-            let path = find_library(obj, &name);
+            let path = find_beside(obj, &name);
             (name, path)
         })
         .collect();
@@ -71,9 +71,9 @@ pub(super) fn library_paths(obj: &Path, names: &str) -> Vec<(String, Option<Path
     found
 }
 
-/// As written, then with Windows separators, then beside the OBJ under its bare name.
-fn find_library(obj: &Path, name: &str) -> Option<PathBuf> {
-    let folder = obj.parent().unwrap_or(Path::new(""));
+/// A file that another one names: as written, then with Windows separators, then beside it under its bare name.
+pub(super) fn find_beside(file: &Path, name: &str) -> Option<PathBuf> {
+    let folder = file.parent().unwrap_or(Path::new(""));
     let slashed = name.replace('\\', "/");
     let bare = slashed.rsplit('/').next().unwrap_or_default().to_owned();
     [name.to_owned(), slashed, bare]

@@ -254,9 +254,7 @@ fn warn_of_defaults(warnings: &mut Vec<String>, file: &str, materials: &[DraftMa
             .push(format!("{file}: material(s) in no MTL file get grey reflectance {DEFAULT_GREY}: {names}"));
     }
     if let Some(names) = names(Origin::WithoutKd) {
-        warnings.push(format!(
-            "{file}: material(s) without Kd get grey reflectance {DEFAULT_GREY} (textures are not read): {names}"
-        ));
+        warnings.push(format!("{file}: material(s) without Kd get grey reflectance {DEFAULT_GREY}: {names}"));
     }
     if names(Origin::Unnamed).is_some() {
         warnings.push(format!("{file}: faces without a material get grey reflectance {DEFAULT_GREY}"));
@@ -285,6 +283,7 @@ fn clamp(warnings: &mut Vec<String>, file: &str, materials: Vec<DraftMaterial>) 
             name: shown_name(&material.name),
             reflectance: material.reflectance.map(|rho| rho.min(HIGHEST_REFLECTANCE) as f32),
             radiance: material.radiance.map(|radiance| radiance as f32),
+            painting: material.painting,
         })
         .collect()
 }

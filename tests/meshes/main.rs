@@ -7,3 +7,4 @@ mod gltf_places;
 mod gltf_refused;
 mod ply;
 mod round_trip;
+mod textures;

@@ -137,14 +137,8 @@ impl<'a> Block<'a> {
         size: usize,
     ) -> Result<Block<'a>, String> {
         let number = view.value();
+        let bytes = buffers.view(root, number)?;
         let view = &root.buffer_views[number];
-        let buffer = buffers.bytes(view.buffer.value());
-        let start = view.byte_offset.map_or(0, |offset| offset.0);
-        let end = start.checked_add(view.byte_length.0).filter(|&end| end <= buffer.len() as u64);
-        let Some(end) = end else {
-            return Err(format!("bufferView {number} reaches beyond its buffer of {} bytes", buffer.len()));
-        };
-        let bytes = &buffer[start as usize..end as usize];
         let stride = view.byte_stride.map_or(size, |stride| stride.0);
         if stride < size {
             return Err(format!("bufferView {number} has elements of {size} bytes, {stride} bytes apart"));

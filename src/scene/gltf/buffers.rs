@@ -10,7 +10,8 @@ use gltf_json::Root;
 use percent_encoding::percent_decode_str;
 
 use super::super::error::{SceneError, quoted};
-use super::container::{MOST_BYTES, read_whole};
+use super::super::lines::read_whole;
+use super::container::MOST_BYTES;
 
 /// Padding is often left out.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
@@ -83,18 +84,33 @@ impl Buffers {
         &self.blocks[block][..length]
     }
 
+    /// The bytes of a view.
+    ///
+    /// # Errors
+    /// When it reaches beyond its buffer.
+    pub(super) fn view(&self, root: &Root, number: usize) -> Result<&[u8], String> {
+        let view = &root.buffer_views[number];
+        let buffer = self.bytes(view.buffer.value());
+        let start = view.byte_offset.map_or(0, |offset| offset.0);
+        let end = start.checked_add(view.byte_length.0).filter(|&end| end <= buffer.len() as u64);
+        match end {
+            Some(end) => Ok(&buffer[start as usize..end as usize]),
+            None => Err(format!("bufferView {number} reaches beyond its buffer of {} bytes", buffer.len())),
+        }
+    }
+
     /// Of all that was read.
     pub(super) fn total(&self) -> u64 {
         self.blocks.iter().map(|block| block.len() as u64).sum()
     }
 }
 
-fn is_data(uri: &str) -> bool {
+pub(super) fn is_data(uri: &str) -> bool {
     uri.get(..5).is_some_and(|start| start.eq_ignore_ascii_case("data:"))
 }
 
 /// What stands in the text after `base64,`.
-fn decoded(uri: &str) -> Result<Vec<u8>, String> {
+pub(super) fn decoded(uri: &str) -> Result<Vec<u8>, String> {
     let Some((head, data)) = uri.split_once(',').filter(|(head, _)| head.ends_with(";base64")) else {
         let start: String = uri.chars().take(24).collect();
         return Err(format!("{} is not data in base64; export it again", quoted(&start)));
@@ -104,7 +120,7 @@ fn decoded(uri: &str) -> Result<Vec<u8>, String> {
 }
 
 /// The file that a relative URI names, beside the scene; folders above are allowed, as in OBJ files.
-fn file_of(scene: &Path, uri: &str) -> Result<PathBuf, String> {
+pub(super) fn file_of(scene: &Path, uri: &str) -> Result<PathBuf, String> {
     let advice = "give the file beside the scene";
     let has_scheme = uri.split(['/', '\\']).next().is_some_and(|first| first.contains(':'));
     let name = percent_decode_str(uri)

@@ -4,8 +4,6 @@
 //! `gltf-json` reads the JSON. Container and data are read here: the readers of the crate `gltf` panic where offsets are
 //! out of range.
 
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
 use gltf_json::Root;
@@ -13,7 +11,7 @@ use gltf_json::mesh::Semantic;
 use gltf_json::validation::{Checked, Error as Fault, Validate};
 
 use super::super::error::{SceneError, name_list};
-use super::super::lines::{open_regular, unreadable};
+use super::super::lines::read_whole;
 
 /// Most objects in the JSON: each takes many times the memory of its text.
 const MOST_OBJECTS: usize = 1 << 22;
@@ -24,13 +22,14 @@ const HEADER: usize = 12;
 const CHUNK_HEADER: usize = 8;
 
 /// What diffuse surfaces need is read of these, or they do not change it.
-const READ_EXTENSIONS: [&str; 6] = [
+const READ_EXTENSIONS: [&str; 7] = [
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_transmission",
     "KHR_materials_unlit",
     "KHR_mesh_quantization",
+    "KHR_texture_transform",
 ];
 /// These say how surfaces shine or move, or hold notes.
 const HARMLESS_EXTENSIONS: [&str; 14] = [
@@ -80,26 +79,6 @@ pub(super) fn read(path: &Path, warnings: &mut Vec<String>) -> Result<Container,
     root.extensions_required.clear();
     check(&root).map_err(|what| SceneError::parse(path, None, what))?;
     Ok(Container { root, binary })
-}
-
-/// A whole regular file of at most so many bytes.
-pub(super) fn read_whole(path: &Path, most: u64) -> Result<Vec<u8>, SceneError> {
-    let file = open_regular(path)?;
-    let length = file.metadata().map_err(|error| unreadable(path, &error))?.len();
-    if length > most {
-        let message = format!("larger than {} GiB; split the scene", most >> 30);
-        return Err(SceneError::invalid(path, None, message));
-    }
-    read_at_most(path, file, length)
-}
-
-fn read_at_most(path: &Path, file: File, length: u64) -> Result<Vec<u8>, SceneError> {
-    let mut bytes = Vec::new();
-    if bytes.try_reserve_exact(length as usize).is_err() {
-        return Err(SceneError::invalid(path, None, "larger than the memory that is free; split the scene"));
-    }
-    file.take(length).read_to_end(&mut bytes).map_err(|error| unreadable(path, &error))?;
-    Ok(bytes)
 }
 
 type Range = std::ops::Range<usize>;

@@ -7,6 +7,7 @@ mod cameras;
 mod container;
 mod materials;
 mod nodes;
+mod pictures;
 mod primitives;
 
 use std::path::Path;
@@ -41,6 +42,7 @@ impl Draft {
             }
             progress.advance(1);
         }
+        self.files.append(&mut meshes.pictures.files);
         let file = path.display().to_string();
         self.counts.skipped_faces += meshes.skipped;
         if meshes.skipped > 0 {

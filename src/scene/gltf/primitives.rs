@@ -10,11 +10,13 @@ use gltf_json::{Accessor, Index, Root};
 
 use super::super::draft::Draft;
 use super::super::error::{SceneError, quoted};
+use super::super::painted::Painter;
 use super::super::tint::Tints;
 use super::super::toml_file::is_position;
 use super::accessor::Values;
 use super::buffers::Buffers;
-use super::materials::Materials;
+use super::materials::{Materials, Surface};
+use super::pictures::{Pictures, Places};
 
 /// Most triangles whatever the file is: nodes that repeat a mesh make them of next to nothing.
 const LEAST_ROOM: u64 = 1 << 24;
@@ -27,7 +29,9 @@ pub(super) struct Meshes<'a> {
     pub(super) root: &'a Root,
     pub(super) buffers: &'a Buffers,
     pub(super) materials: Materials,
-    pub(super) tints: Tints,
+    pub(super) pictures: Pictures<'a>,
+    tints: Tints,
+    painter: Painter,
     /// Points and lines.
     pub(super) skipped: u64,
     triangles: u64,
@@ -39,7 +43,17 @@ type Corners = Vec<u32>;
 impl<'a> Meshes<'a> {
     pub(super) fn new(path: &'a Path, root: &'a Root, buffers: &'a Buffers) -> Self {
         let materials = Materials::new(root);
-        Meshes { path, root, buffers, materials, tints: Tints::default(), skipped: 0, triangles: 0 }
+        Meshes {
+            path,
+            root,
+            buffers,
+            materials,
+            pictures: Pictures::new(path, root, buffers),
+            tints: Tints::default(),
+            painter: Painter::default(),
+            skipped: 0,
+            triangles: 0,
+        }
     }
 
     /// Adds all primitives of a mesh, transformed.
@@ -79,8 +93,15 @@ impl<'a> Meshes<'a> {
             return Err(malformed("colours do not fit the positions; export it again".to_owned()));
         }
         let Some(mut corners) = self.corners(primitive, &positions, place)? else { return Ok(()) };
-        let material =
-            self.materials.get(draft, path, self.root, primitive.material.map(|index| index.value()))?;
+        let index = primitive.material.map(|index| index.value());
+        let Surface { material, layer } =
+            self.materials.get(draft, path, self.root, &mut self.pictures, index)?;
+        let places = match layer {
+            Some(layer) => {
+                Places::of(self.root, self.buffers, primitive, layer, positions.count).map_err(malformed)?
+            }
+            None => None,
+        };
 
         let is_mirrored = world.determinant() < 0.0;
         if is_mirrored {
@@ -110,7 +131,22 @@ impl<'a> Meshes<'a> {
                     self.tints.material(draft, material, mean)
                 }
             };
-            draft.add_triangle(path, [a, b, c].map(|vertex| first + used.number(vertex)), material)?;
+            let vertices = [a, b, c].map(|vertex| first + used.number(vertex));
+            let material = match &places {
+                None => material,
+                Some(places) => {
+                    let points = vertices.map(|vertex| draft.positions[vertex as usize]);
+                    let at = [a, b, c].map(|vertex| places.place(vertex));
+                    if !at.iter().all(|place| place.is_finite()) {
+                        let what = format!(
+                            "a texture coordinate of vertex {a}, {b} or {c} is not finite; export it again"
+                        );
+                        return Err(malformed(what));
+                    }
+                    self.painter.material(draft, material, places.picture(), points, at)
+                }
+            };
+            draft.add_triangle(path, vertices, material)?;
         }
         Ok(())
     }
