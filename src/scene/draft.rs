@@ -1,7 +1,7 @@
 //! The scene while it is put together: geometry and materials as the files have them, before the
 //! clean-up of [`super::validate`].
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -10,12 +10,9 @@ use glam::DVec3;
 use super::change::MaterialChange;
 use super::description::{MaterialOverride, Quad};
 use super::error::{SceneError, name_list, quoted};
-use super::mtl::{self, MtlMaterial};
-use super::obj::{self, ObjMesh};
 use super::texture::Painting;
 use super::triangulate::Triangulator;
 use super::{Camera, ImportCounts, Triangle};
-use crate::progress::Progress;
 
 /// Reflectance of everything that no file gives one.
 pub(super) const DEFAULT_GREY: f64 = 0.5;
@@ -74,8 +71,10 @@ pub(super) fn shown_name(name: &str) -> String {
 /// Splits polygons; keeps its buffers between them.
 pub(super) struct Cutter {
     triangulator: Triangulator,
-    corners: Vec<DVec3>,
-    split: Vec<[u32; 3]>,
+    /// Of the last polygon.
+    pub(super) corners: Vec<DVec3>,
+    /// Its triangles, as numbers of its corners.
+    pub(super) split: Vec<[u32; 3]>,
 }
 
 impl Cutter {
@@ -122,60 +121,6 @@ impl Draft {
             cameras: Vec::new(),
             mesh_materials: BTreeSet::new(),
         }
-    }
-
-    /// Adds an OBJ file and its material libraries.
-    pub(super) fn add_obj(&mut self, path: &Path, progress: &dyn Progress) -> Result<(), SceneError> {
-        let mesh = obj::read(path, progress)?;
-        self.files.push(path.to_path_buf());
-        let library = self.read_libraries(path, &mesh)?;
-        self.remark(path, &mesh);
-        if mesh.models.iter().all(|model| model.mesh.indices.is_empty()) {
-            self.warnings.push(format!("{}: no faces in it", path.display()));
-        }
-        let mut material_of_slot: Vec<Option<u32>> = vec![None; mesh.remarks.slots.len()];
-        let mut cutter = Cutter::new();
-        for model in mesh.models {
-            if model.mesh.indices.is_empty() {
-                continue;
-            }
-            let slot = ObjMesh::slot_of(&model);
-            let material = match material_of_slot[slot] {
-                Some(material) => material,
-                None => {
-                    self.materials.push(resolve(&mesh.remarks.slots[slot], &library));
-                    let material = self.materials.len() as u32 - 1;
-                    material_of_slot[slot] = Some(material);
-                    material
-                }
-            };
-            self.add_polygons(path, &model.mesh, material, &mut cutter)?;
-        }
-        self.mesh_materials.extend(library.into_keys());
-        self.mesh_materials
-            .extend(material_of_slot.iter().flatten().map(|&id| self.materials[id as usize].name.clone()));
-        Ok(())
-    }
-
-    fn add_polygons(
-        &mut self,
-        path: &Path,
-        mesh: &tobj::Mesh,
-        material: u32,
-        cutter: &mut Cutter,
-    ) -> Result<(), SceneError> {
-        let first = self.room_for(path, mesh.positions.len() / 3)?;
-        let (points, _) = mesh.positions.as_chunks::<3>();
-        self.positions.extend(points.iter().map(|&point| DVec3::from_array(point)));
-        let mut start = 0;
-        let arities = mesh.face_arities.iter().copied();
-        let triangles = if mesh.face_arities.is_empty() { mesh.indices.len() / 3 } else { 0 };
-        for arity in arities.chain(std::iter::repeat_n(3, triangles)) {
-            let polygon = &mesh.indices[start..start + arity as usize];
-            start += arity as usize;
-            self.add_polygon(path, first, polygon, material, cutter)?;
-        }
-        Ok(())
     }
 
     /// The number of the next position, when so many can follow.
@@ -244,68 +189,17 @@ impl Draft {
         self.materials.len() as u32 - 1
     }
 
+    /// Names of materials that a description may change although nothing has them.
+    pub(super) fn know_materials(&mut self, names: impl Iterator<Item = String>) {
+        self.mesh_materials.extend(names);
+    }
+
     /// Adds cameras of a mesh; of one name the first is kept.
     pub(super) fn add_cameras(&mut self, cameras: Vec<Camera>) {
         for camera in cameras {
             if self.cameras.iter().all(|other| other.name != camera.name) {
                 self.cameras.push(camera);
             }
-        }
-    }
-
-    /// The materials by name that the `mtllib` statements of a mesh bring in.
-    fn read_libraries(
-        &mut self,
-        path: &Path,
-        mesh: &ObjMesh,
-    ) -> Result<HashMap<String, MtlMaterial>, SceneError> {
-        let mut library = HashMap::new();
-        let mut read = BTreeSet::new();
-        for (line, names) in &mesh.remarks.libraries {
-            for (name, found) in obj::library_paths(path, names) {
-                match found {
-                    Some(found) if read.insert(found.clone()) => {
-                        for material in mtl::read(&found, &mut self.warnings, &mut self.files)? {
-                            library.insert(material.name.clone(), material);
-                        }
-                        self.files.push(found);
-                    }
-                    Some(_) => {}
-                    None => {
-                        self.warnings.push(format!(
-                            "{}:{line}: material library {} not found; materials it would define get grey \
-                             reflectance {DEFAULT_GREY}",
-                            path.display(),
-                            quoted(&name)
-                        ));
-                        self.missing_libraries.push(name);
-                    }
-                }
-            }
-        }
-        Ok(library)
-    }
-
-    /// Counts and warnings about what the OBJ says and we do not read.
-    fn remark(&mut self, path: &Path, mesh: &ObjMesh) {
-        let path = path.display();
-        self.counts.skipped_faces += mesh.remarks.skipped_faces;
-        if mesh.remarks.skipped_faces > 0 {
-            self.warnings.push(format!(
-                "{path}: {} point(s), line(s) or face(s) with fewer than 3 corners skipped",
-                mesh.remarks.skipped_faces
-            ));
-        }
-        if let Some((count, line, word)) = &mesh.remarks.unknown {
-            self.warnings.push(format!(
-                "{path}:{line}: {count} line(s) ignored that are not OBJ statements, first {}",
-                quoted(word)
-            ));
-        }
-        if let Some((count, line)) = mesh.remarks.free_form {
-            self.warnings.push(format!(
-                "{path}:{line}: {count} free-form curve(s) or surface(s) ignored; export polygons instead"
-            ));
         }
     }
 
@@ -365,28 +259,6 @@ impl Draft {
         };
         format!("no material {} in the mesh; {advice}", quoted(name))
     }
-}
-
-/// The material that `usemtl name` stands for.
-fn resolve(name: &str, library: &HashMap<String, MtlMaterial>) -> DraftMaterial {
-    // A comment may follow the name, but names such as `Material #3` are common: full name first.
-    let bare = name.find(" #").map_or(name, |end| name[..end].trim_end());
-    let (reflectance, radiance, origin) = match library.get(name).or_else(|| library.get(bare)) {
-        Some(found) => {
-            let origin = if found.reflectance.is_some() { Origin::Given } else { Origin::WithoutKd };
-            (found.reflectance.unwrap_or([DEFAULT_GREY; 3]), found.radiance, origin)
-        }
-        None if name.is_empty() => ([DEFAULT_GREY; 3], [0.0; 3], Origin::Unnamed),
-        None => ([DEFAULT_GREY; 3], [0.0; 3], Origin::Missing),
-    };
-    let name = if name.is_empty() {
-        UNNAMED_MATERIAL
-    } else if library.contains_key(name) {
-        name
-    } else {
-        bare
-    };
-    DraftMaterial::of_mesh(name, reflectance, radiance, origin)
 }
 
 /// Up to three names that are a few letters away, nearest first.

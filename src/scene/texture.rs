@@ -23,8 +23,8 @@ static LINEAR: LazyLock<[f32; 256]> =
 pub struct Texture {
     width: u32,
     height: u32,
-    /// Row by row from the top.
-    texels: Vec<[u8; 3]>,
+    /// Three bytes each, row by row from the top.
+    texels: Vec<u8>,
 }
 
 impl fmt::Debug for Texture {
@@ -73,24 +73,23 @@ impl Texture {
             return Err(format!("has {width} × {height} pixels, and at most {most} are read"));
         }
         let picture = reader()?.decode().map_err(fault)?.into_rgb8();
-        let texels = picture.pixels().map(|pixel| pixel.0).collect();
-        Ok(Texture { width, height, texels })
+        Ok(Texture { width, height, texels: picture.into_raw() })
     }
 
     pub(super) fn pixels(&self) -> u64 {
-        self.texels.len() as u64
+        u64::from(self.width) * u64::from(self.height)
     }
 
     /// Of all of it, linear.
     pub(super) fn mean(&self) -> [f64; 3] {
         let mut counts = [[0u64; 256]; 3];
-        for texel in &self.texels {
+        for texel in self.texels.as_chunks::<3>().0 {
             (0..3).for_each(|channel| counts[channel][usize::from(texel[channel])] += 1);
         }
         counts.map(|counts| {
             let sum: f64 =
                 counts.iter().zip(*LINEAR).map(|(&count, linear)| count as f64 * f64::from(linear)).sum();
-            sum / self.texels.len() as f64
+            sum / self.pixels() as f64
         })
     }
 
@@ -98,7 +97,8 @@ impl Texture {
     fn at(&self, place: DVec2, wrap: [Wrap; 2]) -> [f32; 3] {
         let [(left, right, across), (top, bottom, down)] =
             [neighbours(place.x, self.width, wrap[0]), neighbours(place.y, self.height, wrap[1])];
-        let texel = |x: u32, y: u32| self.texels[y as usize * self.width as usize + x as usize];
+        let texels = self.texels.as_chunks::<3>().0;
+        let texel = |x: u32, y: u32| texels[y as usize * self.width as usize + x as usize];
         let [a, b, c, d] = [texel(left, top), texel(right, top), texel(left, bottom), texel(right, bottom)];
         std::array::from_fn(|channel| {
             let [a, b, c, d] = [a, b, c, d].map(|texel| LINEAR[usize::from(texel[channel])]);
@@ -227,7 +227,7 @@ impl Painting {
 }
 
 /// A texture with what it does beyond its edges.
-#[derive(Clone)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Picture {
     pub(super) texture: Arc<Texture>,
     pub(super) wrap: [Wrap; 2],
@@ -238,7 +238,7 @@ mod tests {
     use super::*;
 
     fn picture(wrap: Wrap) -> Picture {
-        let texels = vec![[255, 0, 0], [0, 0, 0], [0, 255, 0], [0, 0, 255]];
+        let texels = vec![255, 0, 0, 0, 0, 0, 0, 255, 0, 0, 0, 255];
         Picture { texture: Arc::new(Texture { width: 2, height: 2, texels }), wrap: [wrap; 2] }
     }
 

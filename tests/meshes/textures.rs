@@ -162,7 +162,7 @@ fn pictures_that_cannot_be_read_are_a_warning() {
 }
 
 #[test]
-fn a_picture_of_an_mtl_counts_as_its_mean() {
+fn a_picture_of_an_mtl_without_places_counts_as_its_mean() {
     let obj = b"mtllib a.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n";
     let picture = encoded(&quarters(), ImageFormat::Png);
     for (mtl, expected) in [
@@ -182,6 +182,54 @@ fn a_picture_of_an_mtl_counts_as_its_mean() {
             assert_warned(&scene, &["1 texture(s) missing", "'none.png' (file not found)"]);
         }
     }
+}
+
+#[test]
+fn an_obj_shows_the_picture_where_its_corners_are_on_it() {
+    let picture = encoded(&quarters(), ImageFormat::Png);
+    // u along x; v upwards on the picture, along z.
+    let start = "mtllib a.mtl\nv 0 0 0\nv 0 0 1\nv 1 0 1\nv 1 0 0\nusemtl a # floor\n";
+    let load = |rest: &str, options: &str| {
+        let obj = format!("{start}{rest}");
+        let mtl = format!("newmtl a\nKd 0.5 0.5 0.8\nmap_Kd {options}my picture.png\n");
+        let files = [("a.obj", obj.as_bytes()), ("a.mtl", mtl.as_bytes()), ("my picture.png", &picture[..])];
+        Files::new(&files).load().unwrap_or_else(|error| panic!("{error}"))
+    };
+    let at = |scene: &Scene, x: f64, z: f64| material(scene, 0).reflectance_at(DVec3::new(x, 0.0, z));
+    let places = "vt 0 0\nvt 0 1 0\nvt 1 1\nvt 1\n";
+    for faces in ["f 1/1 2/2 3/3 4/4\n", "f -4/-4/1 -3/-3/1 -2/-2/1 -1/-1/1\n"] {
+        for text in [format!("{places}{faces}"), format!("l 1/1 2/2\n{places}vn 0 1 0\n{faces}f 1 2\n")] {
+            let scene = load(&text, "");
+            assert!(scene.warnings.iter().all(|warning| warning.contains("skipped")), "{:?}", scene.warnings);
+            assert_eq!((scene.materials.len(), scene.triangles.len()), (1, 2), "{text}");
+            assert_near(at(&scene, 0.25, 0.75), [0.5, 0.5, 0.8]);
+            assert_near(at(&scene, 0.75, 0.75), [0.0; 3]);
+            assert_near(at(&scene, 0.25, 0.25), [0.5, 0.0, 0.0]);
+            assert_near(at(&scene, 0.75, 0.25), [0.0, 0.0, 0.8]);
+        }
+    }
+    let quad = format!("{places}f 1/1 2/2 3/3 4/4\n");
+    // Half the picture from its middle on, to the right: black where u is 1 and beyond.
+    let scene = load(&quad, "-clamp on -s 0.5 1 -o 0.5 0 0 ");
+    assert_near(at(&scene, 0.95, 0.75), [0.0; 3]);
+    assert_near(at(&load(&quad, "-s 2 1 1 "), 0.625, 0.75), [0.5, 0.5, 0.8]);
+
+    // A corner without a place that there is: the triangles at it have the mean.
+    for bad in [
+        "f 1/1 2/2 3/3 4\n",
+        "f 1/1 2/2 3/3 4/9\n",
+        "f 1/1 2/2 3/3 4//1\n",
+        "f 1/1 2/2 3/3 4/-9\n",
+        "f 1/1 2/2 3/3 4/0\n",
+    ] {
+        let scene = load(&format!("{places}{bad}"), "");
+        assert_eq!(scene.materials.len(), 2, "{bad}");
+        assert!(material(&scene, 0).painting.is_some() && material(&scene, 1).painting.is_none(), "{bad}");
+        assert_near(material(&scene, 1).reflectance, [0.25, 0.125, 0.4]);
+    }
+    let odd = load("vt x\nvt nan 1\nvt 1e999 1\nvt\nf 1/1 2/2 3/3 4/4\n", "");
+    assert_eq!((odd.materials.len(), odd.triangles.len()), (1, 2));
+    assert!(material(&odd, 0).painting.is_none());
 }
 
 #[test]

@@ -111,11 +111,11 @@ pub(super) fn is_data(uri: &str) -> bool {
 
 /// What stands in the text after `base64,`.
 pub(super) fn decoded(uri: &str) -> Result<Vec<u8>, String> {
-    let Some((head, data)) = uri.split_once(',').filter(|(head, _)| head.ends_with(";base64")) else {
+    let data = uri.split_once(',').filter(|(head, _)| head.ends_with(";base64")).map(|(_, data)| data);
+    let Some(data) = data else {
         let start: String = uri.chars().take(24).collect();
         return Err(format!("{} is not data in base64; export it again", quoted(&start)));
     };
-    let _ = head;
     BASE64.decode(data).map_err(|error| format!("its base64 is damaged ({error}); export it again"))
 }
 

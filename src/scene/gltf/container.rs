@@ -32,7 +32,7 @@ const READ_EXTENSIONS: [&str; 7] = [
     "KHR_texture_transform",
 ];
 /// These say how surfaces shine or move, or hold notes.
-const HARMLESS_EXTENSIONS: [&str; 14] = [
+const HARMLESS_EXTENSIONS: [&str; 13] = [
     "KHR_animation_pointer",
     "KHR_materials_anisotropy",
     "KHR_materials_clearcoat",
@@ -44,7 +44,6 @@ const HARMLESS_EXTENSIONS: [&str; 14] = [
     "KHR_materials_specular",
     "KHR_materials_variants",
     "KHR_materials_volume",
-    "KHR_node_visibility",
     "KHR_xmp",
     "KHR_xmp_json_ld",
 ];
