@@ -47,9 +47,6 @@ impl MtlPicture {
     }
 }
 
-/// A picture and its mean, or why it cannot be read.
-type Decoded = Result<(Arc<Texture>, [f64; 3]), String>;
-
 /// Reads a library; a later material replaces an earlier one of the same name. Warnings are added to
 /// `warnings`, and the pictures that were read to `files`.
 ///
@@ -65,7 +62,7 @@ pub(super) fn read(
     let plain = plain_form(path, warnings)?;
     let (materials, _) = tobj::load_mtl_buf(&mut plain.as_slice())
         .map_err(|error| SceneError::parse(path, None, format!("cannot be read as MTL ({error})")))?;
-    let mut textures: HashMap<PathBuf, Decoded> = HashMap::new();
+    let mut textures: HashMap<PathBuf, Result<Arc<Texture>, String>> = HashMap::new();
     let mut room = MOST_PIXELS_OF_ALL;
     let mut missing = Vec::new();
     let mut read = Vec::new();
@@ -80,15 +77,14 @@ pub(super) fn read(
                         let texture = decoded(&found, room)?;
                         room -= texture.pixels();
                         files.push(found);
-                        let mean = texture.mean();
-                        Ok((Arc::new(texture), mean))
+                        Ok(Arc::new(texture))
                     });
-                    texture.clone().map(|(texture, mean)| (texture, mean, options))
+                    texture.clone().map(|texture| (texture, options))
                 }
             };
             match texture {
-                Ok((texture, mean, options)) => {
-                    let factor = reflectance.unwrap_or([1.0; 3]);
+                Ok((texture, options)) => {
+                    let (mean, factor) = (texture.mean(), reflectance.unwrap_or([1.0; 3]));
                     reflectance = Some([0, 1, 2].map(|channel| factor[channel] * mean[channel]));
                     picture = Some(placed(texture, factor, &options));
                 }

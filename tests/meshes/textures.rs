@@ -113,6 +113,15 @@ fn where_a_picture_lies_otherwise_is_another_material_of_the_same_name() {
 }
 
 #[test]
+fn without_places_on_it_a_picture_counts_as_its_mean() {
+    let mut square = painted(&encoded(&quarters(), ImageFormat::Png), FLAT);
+    square.json["meshes"][0]["primitives"][0]["attributes"].as_object_mut().unwrap().remove("TEXCOORD_0");
+    let scene = square.scene();
+    assert_near(material(&scene, 0).reflectance, [0.25, 0.125, 0.4]);
+    assert!(material(&scene, 0).painting.is_none());
+}
+
+#[test]
 fn a_jpeg_is_read_too_and_emission_is_even() {
     let grey = RgbImage::from_pixel(16, 16, Rgb([188, 188, 188]));
     let mut square = painted(&encoded(&grey, ImageFormat::Jpeg), FLAT);

@@ -94,11 +94,17 @@ impl<'a> Meshes<'a> {
         }
         let Some(mut corners) = self.corners(primitive, &positions, place)? else { return Ok(()) };
         let index = primitive.material.map(|index| index.value());
-        let Surface { material, layer } =
+        let Surface { mut material, layer } =
             self.materials.get(draft, path, self.root, &mut self.pictures, index)?;
         let places = match layer {
             Some(layer) => {
-                Places::of(self.root, self.buffers, primitive, layer, positions.count).map_err(malformed)?
+                let mean = layer.picture.texture.mean();
+                let places = Places::of(self.root, self.buffers, primitive, layer, positions.count);
+                let places = places.map_err(malformed)?;
+                if places.is_none() {
+                    material = self.tints.material(draft, material, mean);
+                }
+                places
             }
             None => None,
         };
