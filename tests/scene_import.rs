@@ -165,8 +165,9 @@ fn materials_are_found_by_name_wherever_the_library_stands() {
     assert_eq!(scene.materials[1].radiance, [7.0; 3]);
     assert_eq!(scene.materials[1].reflectance, [0.5; 3], "no Kd: grey");
     assert_eq!(scene.materials[2].reflectance, [0.25; 3]);
-    assert_eq!(scene.warnings.len(), 1, "{:?}", scene.warnings);
-    assert!(scene.warnings[0].contains("without Kd") && scene.warnings[0].contains("'lamp'"));
+    assert_eq!(scene.warnings.len(), 2, "{:?}", scene.warnings);
+    assert!(scene.warnings[0].contains("1 texture(s) missing") && scene.warnings[0].contains("'a b.png'"));
+    assert!(scene.warnings[1].contains("without Kd") && scene.warnings[1].contains("'lamp'"));
 }
 
 #[test]
@@ -280,7 +281,7 @@ fn a_faulty_description_names_its_line() {
         ("", Invalid, "s.toml: neither mesh nor [[quad]]"),
         ("\n\nmesh = \"gone.obj\"", Io, "s.toml:3: mesh file 'gone.obj' not found"),
         ("mesh = [\n\"a.obj\",\n\"gone.obj\"]", Io, "s.toml:3: mesh file 'gone.obj'"),
-        ("mesh = \"a.ply\"", Invalid, "s.toml:1: mesh 'a.ply' is not an .obj"),
+        ("mesh = \"a.stl\"", Invalid, "s.toml:1: mesh 'a.stl' is no .obj, .glb, .gltf or .ply file"),
         ("mesh = 3", Parse, "s.toml:1: invalid type: integer `3`, expected the path of a mesh"),
         ("\nmash = \"a.obj\"", Parse, "s.toml:2: unknown field `mash`"),
         ("mesh = \"a.obj\"\nmeters_per_unit = 0", Invalid, "s.toml:2: meters_per_unit is 0"),

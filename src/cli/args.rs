@@ -79,7 +79,7 @@ pub(super) enum Verb {
 
 #[derive(Debug, Args)]
 pub(super) struct RenderArgs {
-    /// Scene description (.toml) or a bare mesh (.obj)
+    /// Scene description (.toml) or a bare mesh (.obj, .glb, .gltf, .ply)
     #[arg(value_name = "SCENE")]
     pub(super) scene: PathBuf,
     /// Picture to write: .png (tone-mapped), .exr or .hdr (linear radiance). For several pictures, the name has a place for
@@ -133,7 +133,7 @@ pub(super) struct RenderArgs {
 
 #[derive(Debug, Args)]
 pub(super) struct ProbeArgs {
-    /// Scene description (.toml) or a bare mesh (.obj)
+    /// Scene description (.toml) or a bare mesh (.obj, .glb, .gltf, .ply)
     #[arg(value_name = "SCENE")]
     pub(super) scene: PathBuf,
     /// Points to probe: a text file with one `x y z nx ny nz` a line, in scene units; `#` begins a comment
@@ -171,7 +171,7 @@ pub(super) struct ProbeArgs {
 
 #[derive(Debug, Args)]
 pub(super) struct CheckArgs {
-    /// Scene description (.toml) or a bare mesh (.obj)
+    /// Scene description (.toml) or a bare mesh (.obj, .glb, .gltf, .ply)
     #[arg(value_name = "SCENE")]
     pub(super) scene: PathBuf,
 

@@ -246,7 +246,7 @@ fn material() -> Material {
             metallic_factor: StrengthFactor(0.0),
             ..PbrMetallicRoughness::default()
         },
-        extensions: Some(Extensions { unlit: Some(Unlit {}) }),
+        extensions: Some(Extensions { unlit: Some(Unlit {}), ..Extensions::default() }),
         ..Material::default()
     }
 }

@@ -5,8 +5,8 @@ use std::io::{self, BufWriter, Seek, Write};
 use std::path::Path;
 
 use super::lit::{Display, Exported, LitScene, Part};
-use crate::image::tone::srgb_from_linear;
 use crate::image::write::{OutputError, write_atomically};
+use crate::math::srgb_from_linear;
 use crate::progress::Progress;
 use crate::unfinished::kept_aside;
 

@@ -252,6 +252,7 @@ mod tests {
             name: String::new(),
             reflectance: [reflectance; 3],
             radiance: [radiance; 3],
+            painting: None,
         };
         Scene {
             name: "book".to_owned(),

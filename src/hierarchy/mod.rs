@@ -148,6 +148,11 @@ impl Hierarchy {
         &self.materials[self.facets[facet as usize].material as usize]
     }
 
+    /// What a facet reflects at a point of it, local coordinates, per channel.
+    pub fn reflectance_at(&self, facet: u32, point: DVec3) -> Vec3 {
+        Vec3::from(self.material(facet).reflectance_at(self.frame.scene_from_local(point)))
+    }
+
     /// The side of a facet that a ray with this direction meets.
     pub fn side_met(&self, facet: u32, direction: Vec3) -> Side {
         let normal = self.facets[facet as usize].plane.normal;
@@ -281,7 +286,8 @@ mod tests {
             let (x, size) = (f64::from(i) * 20.0, f64::from(1 + i * i));
             [(0.0, 0.0), (size / 20.0, 0.0), (0.0, 4.0)].map(|(a, b)| DVec3::new(x + a, b, f64::from(i % 3)))
         };
-        let material = Material { name: String::new(), reflectance: [0.5; 3], radiance: [1.0; 3] };
+        let material =
+            Material { name: String::new(), reflectance: [0.5; 3], radiance: [1.0; 3], painting: None };
         Scene {
             name: "row".to_owned(),
             positions: (0..20).flat_map(corners).collect(),

@@ -57,7 +57,7 @@ pub(super) fn gathered(
         let light = gather.irradiance(&visible);
         for ((visible, pixel, shown), irradiance) in points.iter().zip(light) {
             let material = hierarchy.material(visible.side.facet);
-            let reflected = Vec3::from(material.reflectance) * irradiance / PI;
+            let reflected = hierarchy.reflectance_at(visible.side.facet, visible.point) * irradiance / PI;
             let emitted = if visible.side.back { Vec3::ZERO } else { Vec3::from(material.radiance) };
             let radiance = (emitted + reflected) * (*shown as f32 / samples as f32);
             pixels[*pixel] = (Vec3::from(pixels[*pixel]) + radiance).to_array();

@@ -1,8 +1,8 @@
 //! Heat maps: leaf elements coloured by what their visibility cost, or by the links that light them.
 
 use super::descent::handed_down;
-use super::tone::srgb_from_linear;
 use crate::hierarchy::Hierarchy;
+use crate::math::srgb_from_linear;
 use crate::radiosity::{LinkClass, Solution};
 use glam::Vec3;
 use plotters::style::RGBColor;

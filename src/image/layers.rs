@@ -107,7 +107,7 @@ impl<'a> LayerMaker<'a> {
             (1..light.len()).fold(0, |most, class| if light[class] > light[most] { class } else { most });
         Seen {
             irradiance: spot.irradiance.to_array(),
-            albedo: hierarchy.material(side.facet).reflectance,
+            albedo: hierarchy.reflectance_at(side.facet, point).to_array(),
             depth,
             normal,
             element: spot.element,

@@ -193,7 +193,7 @@ impl Shader<'_> {
             return Vec3::ZERO;
         };
         let emitted = if side.back { Vec3::ZERO } else { Vec3::from(material.radiance) };
-        let radiance = emitted + Vec3::from(material.reflectance) * spot.irradiance / PI;
+        let radiance = emitted + self.hierarchy.reflectance_at(hit.facet, point) * spot.irradiance / PI;
         let pixel = hit.t * self.pixel_angle;
         match self.look {
             Look::Shaded => radiance,

@@ -1,5 +1,5 @@
 //! Geometry that knows nothing of light: boxes, planes, convex polygons, clipping, sample sequences,
-//! curves through points and spherical harmonics. Proofs are computed in double precision.
+//! curves through points, spherical harmonics and the curve of sRGB. Proofs are computed in double precision.
 
 mod bounds;
 mod clip;
@@ -9,6 +9,7 @@ mod plane;
 mod polygon;
 mod sequence;
 mod spherical;
+mod srgb;
 
 pub use bounds::Aabb;
 pub use clip::Clip;
@@ -18,3 +19,4 @@ pub use plane::Plane;
 pub use polygon::{MAX_VERTICES, Polygon, PolygonSampler, half_at};
 pub use sequence::{PairSequence, cosine_direction, hash_pair};
 pub use spherical::{CosineLobes, axial_parts};
+pub use srgb::{linear_from_srgb, srgb_from_linear};

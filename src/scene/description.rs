@@ -13,6 +13,7 @@ use toml::Spanned;
 use super::Camera;
 use super::draft::{DEFAULT_GREY, shown_name};
 use super::error::{SceneError, quoted};
+use super::mesh_file::{MESH_KINDS, MeshKind};
 use super::pose::{PoseFault, pose_fault};
 use super::statements::{LARGEST_COLOUR, LARGEST_COORDINATE};
 use super::toml_file::{TomlFile, is_position};
@@ -27,7 +28,7 @@ const METERS: std::ops::RangeInclusive<f64> = 1e-9..=1e9;
 #[derive(Debug)]
 pub(super) struct Description {
     /// Paths to the meshes, and the line that names each.
-    pub(super) meshes: Vec<(PathBuf, u64)>,
+    pub(super) meshes: Vec<(PathBuf, MeshKind, u64)>,
     pub(super) meters_per_unit: f64,
     pub(super) cameras: Vec<Camera>,
     pub(super) quads: Vec<Quad>,
@@ -127,7 +128,7 @@ impl<'de> Deserialize<'de> for MeshList {
 /// # Errors
 /// All kinds of [`SceneError`], with the line.
 pub(super) fn read(path: &Path) -> Result<Description, SceneError> {
-    let file = TomlFile::read(path, "put geometry in an OBJ mesh")?;
+    let file = TomlFile::read(path, "put geometry in a mesh")?;
     let document: Document = file.parse()?;
     file.check(document)
 }
@@ -187,7 +188,7 @@ impl TomlFile {
         Ok(Description { meshes, meters_per_unit, cameras, quads, overrides, warnings })
     }
 
-    fn meshes(&self, list: Option<Spanned<MeshList>>) -> Result<Vec<(PathBuf, u64)>, SceneError> {
+    fn meshes(&self, list: Option<Spanned<MeshList>>) -> Result<Vec<(PathBuf, MeshKind, u64)>, SceneError> {
         let Some(list) = list else { return Ok(Vec::new()) };
         let span = list.span();
         let names = match list.into_inner() {
@@ -198,12 +199,11 @@ impl TomlFile {
         let mut meshes = Vec::new();
         for name in names {
             let path = folder.join(name.get_ref());
-            let extension = path.extension().unwrap_or_default();
-            if !extension.eq_ignore_ascii_case("obj") {
+            let Some(kind) = MeshKind::of(&path) else {
                 let message =
-                    format!("mesh {} is not an .obj file; export it as OBJ", quoted(name.get_ref()));
+                    format!("mesh {} is no {MESH_KINDS} file; export it as one", quoted(name.get_ref()));
                 return self.fault(name.span(), message);
-            }
+            };
             if !path.exists() {
                 return Err(SceneError::io(
                     &self.path,
@@ -215,7 +215,7 @@ impl TomlFile {
                     ),
                 ));
             }
-            meshes.push((path, self.line(name.span())));
+            meshes.push((path, kind, self.line(name.span())));
         }
         Ok(meshes)
     }

@@ -1,19 +1,18 @@
 //! The scene while it is put together: geometry and materials as the files have them, before the
 //! clean-up of [`super::validate`].
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use glam::DVec3;
 
 use super::change::MaterialChange;
 use super::description::{MaterialOverride, Quad};
 use super::error::{SceneError, name_list, quoted};
-use super::mtl::{self, MtlMaterial};
-use super::obj::{self, ObjMesh};
+use super::texture::Painting;
 use super::triangulate::Triangulator;
-use super::{ImportCounts, Triangle};
-use crate::progress::Progress;
+use super::{Camera, ImportCounts, Triangle};
 
 /// Reflectance of everything that no file gives one.
 pub(super) const DEFAULT_GREY: f64 = 0.5;
@@ -40,14 +39,22 @@ pub(super) struct DraftMaterial {
     pub(super) reflectance: [f64; 3],
     pub(super) radiance: [f64; 3],
     pub(super) origin: Origin,
+    /// The picture on its surfaces.
+    pub(super) painting: Option<Arc<Painting>>,
     is_quad: bool,
 }
 
 impl DraftMaterial {
+    /// A material of a mesh.
+    pub(super) fn of_mesh(name: &str, reflectance: [f64; 3], radiance: [f64; 3], origin: Origin) -> Self {
+        DraftMaterial { name: name.to_owned(), reflectance, radiance, origin, painting: None, is_quad: false }
+    }
+
     /// What is given takes the place of what was.
     fn become_other(&mut self, reflectance: Option<[f64; 3]>, radiance: Option<[f64; 3]>) {
         if let Some(reflectance) = reflectance {
             self.reflectance = reflectance;
+            self.painting = None;
             self.origin = Origin::Given;
         }
         if let Some(radiance) = radiance {
@@ -59,6 +66,21 @@ impl DraftMaterial {
 /// A name as a scene has it: it goes to terminals, pages and files of rays, so control characters are blanked.
 pub(super) fn shown_name(name: &str) -> String {
     name.replace(char::is_control, " ")
+}
+
+/// Splits polygons; keeps its buffers between them.
+pub(super) struct Cutter {
+    triangulator: Triangulator,
+    /// Of the last polygon.
+    pub(super) corners: Vec<DVec3>,
+    /// Its triangles, as numbers of its corners.
+    pub(super) split: Vec<[u32; 3]>,
+}
+
+impl Cutter {
+    pub(super) fn new() -> Self {
+        Self { triangulator: Triangulator::new(), corners: Vec::new(), split: Vec::new() }
+    }
 }
 
 /// Everything read so far.
@@ -75,6 +97,10 @@ pub(super) struct Draft {
     pub(super) warnings: Vec<String>,
     /// Material libraries that were not found, as the meshes name them.
     pub(super) missing_libraries: Vec<String>,
+    /// Lights of the meshes that have no surface.
+    pub(super) pointlike_lights: usize,
+    /// Cameras of the meshes; names differ.
+    pub(super) cameras: Vec<Camera>,
     /// Materials that the meshes use or their libraries define.
     mesh_materials: BTreeSet<String>,
 }
@@ -91,141 +117,89 @@ impl Draft {
             counts: ImportCounts::default(),
             warnings: Vec::new(),
             missing_libraries: Vec::new(),
+            pointlike_lights: 0,
+            cameras: Vec::new(),
             mesh_materials: BTreeSet::new(),
         }
     }
 
-    /// Adds an OBJ file and its material libraries.
-    pub(super) fn add_obj(&mut self, path: &Path, progress: &dyn Progress) -> Result<(), SceneError> {
-        let mesh = obj::read(path, progress)?;
-        self.files.push(path.to_path_buf());
-        let library = self.read_libraries(path, &mesh)?;
-        self.remark(path, &mesh);
-        if mesh.models.iter().all(|model| model.mesh.indices.is_empty()) {
-            self.warnings.push(format!("{}: no faces in it", path.display()));
-        }
-        let mut material_of_slot: Vec<Option<u32>> = vec![None; mesh.remarks.slots.len()];
-        let mut triangulator = Triangulator::new();
-        for model in mesh.models {
-            if model.mesh.indices.is_empty() {
-                continue;
-            }
-            let slot = ObjMesh::slot_of(&model);
-            let material = match material_of_slot[slot] {
-                Some(material) => material,
-                None => {
-                    self.materials.push(resolve(&mesh.remarks.slots[slot], &library));
-                    let material = self.materials.len() as u32 - 1;
-                    material_of_slot[slot] = Some(material);
-                    material
-                }
-            };
-            self.add_polygons(path, &model.mesh, material, &mut triangulator)?;
-        }
-        self.mesh_materials.extend(library.into_keys());
-        self.mesh_materials
-            .extend(material_of_slot.iter().flatten().map(|&id| self.materials[id as usize].name.clone()));
-        Ok(())
-    }
-
-    fn add_polygons(
-        &mut self,
-        path: &Path,
-        mesh: &tobj::Mesh,
-        material: u32,
-        triangulator: &mut Triangulator,
-    ) -> Result<(), SceneError> {
+    /// The number of the next position, when so many can follow.
+    pub(super) fn room_for(&self, path: &Path, positions: usize) -> Result<u32, SceneError> {
         let first = self.positions.len();
-        if first + mesh.positions.len() / 3 > u32::MAX as usize {
+        if first + positions > u32::MAX as usize {
             return Err(SceneError::invalid(path, None, "more than 4 billion vertices; split the scene"));
         }
-        let first = first as u32;
-        let (points, _) = mesh.positions.as_chunks::<3>();
-        self.positions.extend(points.iter().map(|&point| DVec3::from_array(point)));
-        let mut corners: Vec<DVec3> = Vec::new();
-        let mut split: Vec<[u32; 3]> = Vec::new();
-        let mut start = 0;
-        let arities = mesh.face_arities.iter().copied();
-        let triangles = if mesh.face_arities.is_empty() { mesh.indices.len() / 3 } else { 0 };
-        for arity in arities.chain(std::iter::repeat_n(3, triangles)) {
-            let polygon = &mesh.indices[start..start + arity as usize];
-            start += arity as usize;
-            corners.clear();
-            corners.extend(polygon.iter().map(|&i| self.positions[(first + i) as usize]));
-            split.clear();
-            triangulator.split(&corners, &mut split);
-            let expected = u64::from(arity.saturating_sub(2));
-            self.counts.triangles_initial += expected;
-            self.counts.dropped_degenerate += expected.saturating_sub(split.len() as u64);
-            let patch = self.patch_count;
-            self.triangles.extend(split.iter().map(|corner| Triangle {
-                vertices: corner.map(|i| first + polygon[i as usize]),
-                material,
-                patch,
-            }));
-            self.patch_count = patch.checked_add(1).ok_or_else(|| {
-                SceneError::invalid(path, None, "more than 4 billion polygons; split the scene")
-            })?;
-        }
+        Ok(first as u32)
+    }
+
+    /// Adds the triangles of a polygon, whose corners are numbers of positions counted from `first`.
+    pub(super) fn add_polygon(
+        &mut self,
+        path: &Path,
+        first: u32,
+        polygon: &[u32],
+        material: u32,
+        cutter: &mut Cutter,
+    ) -> Result<(), SceneError> {
+        cutter.corners.clear();
+        cutter.corners.extend(polygon.iter().map(|&i| self.positions[(first + i) as usize]));
+        cutter.split.clear();
+        cutter.triangulator.split(&cutter.corners, &mut cutter.split);
+        let expected = (polygon.len() as u64).saturating_sub(2);
+        self.counts.triangles_initial += expected;
+        self.counts.dropped_degenerate += expected.saturating_sub(cutter.split.len() as u64);
+        let patch = self.patch_count;
+        self.triangles.extend(cutter.split.iter().map(|corner| Triangle {
+            vertices: corner.map(|i| first + polygon[i as usize]),
+            material,
+            patch,
+        }));
+        self.count_patch(path)
+    }
+
+    /// Adds a triangle of three positions, a patch of its own.
+    pub(super) fn add_triangle(
+        &mut self,
+        path: &Path,
+        vertices: [u32; 3],
+        material: u32,
+    ) -> Result<(), SceneError> {
+        self.counts.triangles_initial += 1;
+        self.triangles.push(Triangle { vertices, material, patch: self.patch_count });
+        self.count_patch(path)
+    }
+
+    fn count_patch(&mut self, path: &Path) -> Result<(), SceneError> {
+        let too_many = |what: &str| {
+            SceneError::invalid(path, None, format!("more than 4 billion {what}; split the scene"))
+        };
+        self.patch_count = self.patch_count.checked_add(1).ok_or_else(|| too_many("polygons"))?;
         if self.triangles.len() > u32::MAX as usize {
-            return Err(SceneError::invalid(path, None, "more than 4 billion triangles; split the scene"));
+            return Err(too_many("triangles"));
         }
         Ok(())
     }
 
-    /// The materials by name that the `mtllib` statements of a mesh bring in.
-    fn read_libraries(
-        &mut self,
-        path: &Path,
-        mesh: &ObjMesh,
-    ) -> Result<HashMap<String, MtlMaterial>, SceneError> {
-        let mut library = HashMap::new();
-        let mut read = BTreeSet::new();
-        for (line, names) in &mesh.remarks.libraries {
-            for (name, found) in obj::library_paths(path, names) {
-                match found {
-                    Some(found) if read.insert(found.clone()) => {
-                        for material in mtl::read(&found, &mut self.warnings)? {
-                            library.insert(material.name.clone(), material);
-                        }
-                        self.files.push(found);
-                    }
-                    Some(_) => {}
-                    None => {
-                        self.warnings.push(format!(
-                            "{}:{line}: material library {} not found; materials it would define get grey \
-                             reflectance {DEFAULT_GREY}",
-                            path.display(),
-                            quoted(&name)
-                        ));
-                        self.missing_libraries.push(name);
-                    }
-                }
-            }
+    /// Adds a material of a mesh; its number.
+    pub(super) fn add_material(&mut self, material: DraftMaterial) -> u32 {
+        if !self.mesh_materials.contains(&material.name) {
+            self.mesh_materials.insert(material.name.clone());
         }
-        Ok(library)
+        self.materials.push(material);
+        self.materials.len() as u32 - 1
     }
 
-    /// Counts and warnings about what the OBJ says and we do not read.
-    fn remark(&mut self, path: &Path, mesh: &ObjMesh) {
-        let path = path.display();
-        self.counts.skipped_faces += mesh.remarks.skipped_faces;
-        if mesh.remarks.skipped_faces > 0 {
-            self.warnings.push(format!(
-                "{path}: {} point(s), line(s) or face(s) with fewer than 3 corners skipped",
-                mesh.remarks.skipped_faces
-            ));
-        }
-        if let Some((count, line, word)) = &mesh.remarks.unknown {
-            self.warnings.push(format!(
-                "{path}:{line}: {count} line(s) ignored that are not OBJ statements, first {}",
-                quoted(word)
-            ));
-        }
-        if let Some((count, line)) = mesh.remarks.free_form {
-            self.warnings.push(format!(
-                "{path}:{line}: {count} free-form curve(s) or surface(s) ignored; export polygons instead"
-            ));
+    /// Names of materials that a description may change although nothing has them.
+    pub(super) fn know_materials(&mut self, names: impl Iterator<Item = String>) {
+        self.mesh_materials.extend(names);
+    }
+
+    /// Adds cameras of a mesh; of one name the first is kept.
+    pub(super) fn add_cameras(&mut self, cameras: Vec<Camera>) {
+        for camera in cameras {
+            if self.cameras.iter().all(|other| other.name != camera.name) {
+                self.cameras.push(camera);
+            }
         }
     }
 
@@ -239,6 +213,7 @@ impl Draft {
             reflectance: quad.reflectance,
             radiance: quad.radiance,
             origin: Origin::Given,
+            painting: None,
             is_quad: true,
         });
         for vertices in [[first, first + 1, first + 2], [first, first + 2, first + 3]] {
@@ -284,28 +259,6 @@ impl Draft {
         };
         format!("no material {} in the mesh; {advice}", quoted(name))
     }
-}
-
-/// The material that `usemtl name` stands for.
-fn resolve(name: &str, library: &HashMap<String, MtlMaterial>) -> DraftMaterial {
-    // A comment may follow the name, but names such as `Material #3` are common: full name first.
-    let bare = name.find(" #").map_or(name, |end| name[..end].trim_end());
-    let (reflectance, radiance, origin) = match library.get(name).or_else(|| library.get(bare)) {
-        Some(found) => {
-            let origin = if found.reflectance.is_some() { Origin::Given } else { Origin::WithoutKd };
-            (found.reflectance.unwrap_or([DEFAULT_GREY; 3]), found.radiance, origin)
-        }
-        None if name.is_empty() => ([DEFAULT_GREY; 3], [0.0; 3], Origin::Unnamed),
-        None => ([DEFAULT_GREY; 3], [0.0; 3], Origin::Missing),
-    };
-    let name = if name.is_empty() {
-        UNNAMED_MATERIAL
-    } else if library.contains_key(name) {
-        name
-    } else {
-        bare
-    };
-    DraftMaterial { name: name.to_owned(), reflectance, radiance, origin, is_quad: false }
 }
 
 /// Up to three names that are a few letters away, nearest first.

@@ -9,6 +9,8 @@ use super::error::SceneError;
 
 /// Longest logical line in bytes; a longer one is not a mesh.
 const LONGEST_LINE: usize = 16 << 20;
+/// Largest PNG or JPEG in bytes.
+pub(super) const MOST_PICTURE_BYTES: u64 = 1 << 28;
 
 /// Reads logical lines. Bytes, not text: files with other encodings in comments and names are common.
 pub(super) struct Lines {
@@ -120,6 +122,22 @@ pub(super) fn open_regular(path: &Path) -> Result<File, SceneError> {
         return Err(SceneError::io(path, None, "is not a regular file; copy it to one"));
     }
     File::open(path).map_err(|error| unreadable(path, &error))
+}
+
+/// A whole regular file of at most so many bytes.
+pub(super) fn read_whole(path: &Path, most: u64) -> Result<Vec<u8>, SceneError> {
+    let file = open_regular(path)?;
+    let length = file.metadata().map_err(|error| unreadable(path, &error))?.len();
+    if length > most {
+        let message = format!("larger than {} MiB; make it smaller", most >> 20);
+        return Err(SceneError::invalid(path, None, message));
+    }
+    let mut bytes = Vec::new();
+    if bytes.try_reserve_exact(length as usize).is_err() {
+        return Err(SceneError::invalid(path, None, "larger than the memory that is free; make it smaller"));
+    }
+    file.take(length).read_to_end(&mut bytes).map_err(|error| unreadable(path, &error))?;
+    Ok(bytes)
 }
 
 /// What an operating system error means for the reader.

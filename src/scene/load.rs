@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::draft::{Draft, shown_name};
 use super::error::{SceneError, quoted};
+use super::mesh_file::{MESH_KINDS, MeshKind};
 use super::{MaterialChange, Rectangle, Scene, camera, description, validate};
 use crate::progress::Progress;
 
@@ -22,7 +23,8 @@ impl Default for LoadOptions {
     }
 }
 
-/// Loads a scene description (`.toml`) or a bare mesh (`.obj`), any case of the extension.
+/// Loads a scene description (`.toml`) or a bare mesh (`.obj`, `.glb`, `.gltf`, `.ply`), any case of the
+/// extension.
 ///
 /// What can be repaired is repaired and said in [`Scene::warnings`]; see `docs/scene-format.md`.
 ///
@@ -39,18 +41,18 @@ impl Default for LoadOptions {
 /// # Ok::<(), std::io::Error>(())
 /// ```
 pub fn load(path: &Path, options: &LoadOptions, progress: &dyn Progress) -> Result<Scene, SceneError> {
-    let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    let is_description = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
     let mut draft = Draft::new(path);
     let mut cameras = Vec::new();
     let mut rectangles = Vec::new();
     let mut meters_per_unit = 1.0;
-    match extension.as_str() {
-        "obj" => draft.add_obj(path, progress)?,
-        "toml" => {
+    match MeshKind::of(path) {
+        Some(kind) => draft.add_mesh(path, kind, progress)?,
+        None if is_description => {
             let description = description::read(path)?;
             draft.warnings.extend(description.warnings);
-            for (mesh, line) in &description.meshes {
-                draft.add_obj(mesh, progress).map_err(|error| named_by(error, path, mesh, *line))?;
+            for (mesh, kind, line) in &description.meshes {
+                draft.add_mesh(mesh, *kind, progress).map_err(|error| named_by(error, path, mesh, *line))?;
             }
             for quad in &description.quads {
                 draft.add_quad(quad);
@@ -62,8 +64,12 @@ pub fn load(path: &Path, options: &LoadOptions, progress: &dyn Progress) -> Resu
             cameras = description.cameras;
             meters_per_unit = description.meters_per_unit;
         }
-        _ => return Err(unsupported(path, &extension)),
+        None => return Err(unsupported(path)),
     }
+    // Those of the description come first, and stand for those of the same name in its meshes.
+    let seen = std::mem::replace(&mut draft.cameras, cameras);
+    draft.add_cameras(seen);
+    let mut cameras = std::mem::take(&mut draft.cameras);
     options.changes.iter().for_each(|change| draft.change_material(change));
     let mut scene = validate::finish(draft, scene_name(path), meters_per_unit, options)?;
     if cameras.is_empty() {
@@ -85,17 +91,16 @@ fn named_by(error: SceneError, path: &Path, mesh: &Path, line: u64) -> SceneErro
     }
 }
 
-fn unsupported(path: &Path, extension: &str) -> SceneError {
+fn unsupported(path: &Path) -> SceneError {
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
     if let Err(error) = super::lines::open_regular(path) {
         return error;
     }
-    let message = match extension {
+    let advice = format!("give a .toml scene description, or a mesh ({MESH_KINDS})");
+    let message = match extension.as_str() {
         "mtl" => "is a material library; give the .obj that uses it".to_owned(),
-        "" => "has no extension; give a .toml scene description or an .obj mesh".to_owned(),
-        other => format!(
-            "files of type {} are not read; give a .toml scene description or an .obj mesh",
-            quoted(&format!(".{other}"))
-        ),
+        "" => format!("has no extension; {advice}"),
+        other => format!("files of type {} are not read; {advice}", quoted(&format!(".{other}"))),
     };
     SceneError::invalid(path, None, message)
 }

@@ -8,12 +8,18 @@ mod description;
 mod draft;
 mod error;
 mod generate;
+mod gltf;
 mod lines;
 mod load;
+mod mesh_file;
 mod mtl;
 mod obj;
+mod painted;
+mod ply;
 mod pose;
 mod statements;
+mod texture;
+mod tint;
 mod toml_file;
 mod triangulate;
 mod turntable;
@@ -24,9 +30,11 @@ pub use change::{MaterialChange, check_names};
 pub use error::{SceneError, SceneErrorKind};
 pub use generate::{GenerateError, OfficeOptions, OfficeSummary, generate_office};
 pub use load::{LoadOptions, load};
+pub use texture::{Painting, Texture, Wrap};
 pub use turntable::{TurntableError, turntable};
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use glam::DVec3;
 
@@ -80,15 +88,22 @@ pub struct Triangle {
 /// A diffuse surface, linear RGB (Rec. 709).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
-    /// Name in the MTL or the scene description.
+    /// Name in the mesh, its library or the scene description; several may have one.
     pub name: String,
-    /// Fraction of light reflected, `[0, 0.98]` per channel.
+    /// Fraction of light reflected, `[0, 0.98]` per channel; the mean of its picture, where there is one.
     pub reflectance: [f32; 3],
     /// Emitted radiance in W/(m²·sr), from the front side only.
     pub radiance: [f32; 3],
+    /// What its surfaces reflect from point to point.
+    pub painting: Option<Arc<Painting>>,
 }
 
 impl Material {
+    /// What is reflected at a point, scene units, `[0, 0.98]` per channel.
+    pub fn reflectance_at(&self, point: DVec3) -> [f32; 3] {
+        self.painting.as_ref().map_or(self.reflectance, |painting| painting.reflectance_at(point))
+    }
+
     /// Whether any channel emits.
     pub fn is_emitter(&self) -> bool {
         self.radiance.iter().any(|&l| l > 0.0)

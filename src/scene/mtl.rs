@@ -1,37 +1,139 @@
-//! MTL through `tobj`: the diffuse reflectance `Kd` and the emitted radiance `Ke` of each material.
+//! MTL through `tobj`: the diffuse reflectance `Kd`, its picture, and the emitted radiance `Ke` of each material.
 
-use std::path::Path;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use glam::DVec2;
 
 use super::error::{SceneError, quoted};
-use super::lines::Lines;
+use super::lines::{Lines, MOST_PICTURE_BYTES, read_whole};
+use super::obj::find_beside;
 use super::statements::{LARGEST_COLOUR, number, words};
+use super::texture::{MOST_PIXELS_OF_ALL, Picture, Texture, Wrap};
+
+/// Options and their values before the name of a picture, at most.
+const MOST_WORDS: usize = 32;
 
 /// One material of a library.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct MtlMaterial {
     /// Name after `newmtl`, blanks inside kept.
     pub(super) name: String,
-    /// Reflectance, linear RGB ≥ 0, when there is a `Kd`.
+    /// Reflectance, linear RGB ≥ 0, when there is a `Kd` or a picture, of which it has the mean.
     pub(super) reflectance: Option<[f64; 3]>,
     /// Radiance in W/(m²·sr), ≥ 0; zero without `Ke`.
     pub(super) radiance: [f64; 3],
+    /// The picture that `factor` multiplies.
+    pub(super) picture: Option<MtlPicture>,
+}
+
+/// A picture of a material.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct MtlPicture {
+    pub(super) picture: Picture,
+    /// What multiplies it, linear RGB.
+    pub(super) factor: [f64; 3],
+    /// What multiplies the coordinates of a corner, and what is added to them.
+    scale: DVec2,
+    offset: DVec2,
+}
+
+impl MtlPicture {
+    /// Where a `vt` is on the picture, from the left and from the top.
+    pub(super) fn place(&self, u: f64, v: f64) -> DVec2 {
+        let DVec2 { x, y } = DVec2::new(u, v) * self.scale + self.offset;
+        DVec2::new(x, 1.0 - y)
+    }
 }
 
 /// Reads a library; a later material replaces an earlier one of the same name. Warnings are added to
-/// `warnings`.
+/// `warnings`, and the pictures that were read to `files`.
+///
+/// A picture (`map_Kd`) multiplies `Kd`; one that cannot be read is a warning.
 ///
 /// # Errors
 /// [`SceneError::Io`], [`SceneError::Parse`] and [`SceneError::Invalid`], with the line.
-pub(super) fn read(path: &Path, warnings: &mut Vec<String>) -> Result<Vec<MtlMaterial>, SceneError> {
+pub(super) fn read(
+    path: &Path,
+    warnings: &mut Vec<String>,
+    files: &mut Vec<PathBuf>,
+) -> Result<Vec<MtlMaterial>, SceneError> {
     let plain = plain_form(path, warnings)?;
     let (materials, _) = tobj::load_mtl_buf(&mut plain.as_slice())
         .map_err(|error| SceneError::parse(path, None, format!("cannot be read as MTL ({error})")))?;
-    let read = materials.into_iter().map(|material| MtlMaterial {
-        name: material.name,
-        reflectance: material.diffuse,
-        radiance: material.emissive.unwrap_or_default(),
-    });
-    Ok(read.collect())
+    let mut textures: HashMap<PathBuf, Result<Arc<Texture>, String>> = HashMap::new();
+    let mut room = MOST_PIXELS_OF_ALL;
+    let mut missing = Vec::new();
+    let mut read = Vec::new();
+    for material in materials {
+        let mut reflectance = material.diffuse;
+        let mut picture = None;
+        if let Some(text) = &material.diffuse_texture {
+            let texture = match picture_path(path, text) {
+                None => Err("file not found".to_owned()),
+                Some((found, options)) => {
+                    let texture = textures.entry(found.clone()).or_insert_with(|| {
+                        let texture = decoded(&found, room)?;
+                        room -= texture.pixels();
+                        files.push(found);
+                        Ok(Arc::new(texture))
+                    });
+                    texture.clone().map(|texture| (texture, options))
+                }
+            };
+            match texture {
+                Ok((texture, options)) => {
+                    let (mean, factor) = (texture.mean(), reflectance.unwrap_or([1.0; 3]));
+                    reflectance = Some([0, 1, 2].map(|channel| factor[channel] * mean[channel]));
+                    picture = Some(placed(texture, factor, &options));
+                }
+                Err(why) => missing.push(format!("{} ({why})", quoted(text))),
+            }
+        }
+        let radiance = material.emissive.unwrap_or_default();
+        read.push(MtlMaterial { name: material.name, reflectance, radiance, picture });
+    }
+    if !missing.is_empty() {
+        let (count, first) = (missing.len(), &missing[0]);
+        warnings.push(format!(
+            "{}: {count} texture(s) missing, so the colours of their materials alone count; first {first}",
+            path.display()
+        ));
+    }
+    Ok(read)
+}
+
+/// The file that a `map_Kd` names, and the options before it: the whole rest of the line if there is such a file, else what
+/// follows some words of it.
+fn picture_path(library: &Path, text: &str) -> Option<(PathBuf, Vec<String>)> {
+    let starts = text.match_indices([' ', '\t']).map(|(blank, _)| blank + 1);
+    std::iter::once(0).chain(starts).take(MOST_WORDS).find_map(|start| {
+        let found = find_beside(library, text[start..].trim_start())?;
+        Some((found, text[..start].split_whitespace().map(str::to_owned).collect()))
+    })
+}
+
+fn decoded(path: &Path, room: u64) -> Result<Texture, String> {
+    let bytes = read_whole(path, MOST_PICTURE_BYTES).map_err(|error| error.to_string())?;
+    Texture::decode(&bytes, room)
+}
+
+/// A texture with the options `-clamp on`, `-s U V` and `-o U V`; the others do not move it.
+fn placed(texture: Arc<Texture>, factor: [f64; 3], options: &[String]) -> MtlPicture {
+    let after = |name: &str, place: usize| {
+        let at = options.iter().position(|word| word == name)?;
+        options.get(at + place)
+    };
+    let number =
+        |name: &str, place: usize| after(name, place)?.parse::<f64>().ok().filter(|value| value.is_finite());
+    let vector = |name: &str, default: f64| {
+        DVec2::new(number(name, 1).unwrap_or(default), number(name, 2).unwrap_or(default))
+    };
+    let is_clamped = after("-clamp", 1).is_some_and(|value| value == "on");
+    let wrap = if is_clamped { Wrap::Clamp } else { Wrap::Repeat };
+    let picture = Picture { texture, wrap: [wrap; 2] };
+    MtlPicture { picture, factor, scale: vector("-s", 1.0), offset: vector("-o", 0.0) }
 }
 
 /// `newmtl`, `Kd` and `Ke` statements, checked; `tobj` panics on a colour of one number, and stops at
@@ -81,6 +183,10 @@ fn plain_form(path: &Path, warnings: &mut Vec<String>) -> Result<Vec<u8>, SceneE
                     continue;
                 }
                 plain.extend_from_slice(format!("{keyword} {r:e} {g:e} {b:e}\n").as_bytes());
+            }
+            b"map_Kd" if has_material && !rest.trim_ascii().is_empty() => {
+                let name = String::from_utf8_lossy(rest).trim().to_owned();
+                plain.extend_from_slice(format!("map_Kd {name}\n").as_bytes());
             }
             _ => {}
         }

@@ -52,6 +52,10 @@ pub(super) struct Statements<'a> {
     pass: Pass,
     vertices: u64,
     vertices_before: u64,
+    /// Whether places on pictures are of use.
+    with_places: bool,
+    places: u64,
+    places_before: u64,
     slot: usize,
     slot_of_name: HashMap<String, usize>,
     remarks: Remarks,
@@ -62,7 +66,11 @@ pub(super) struct Statements<'a> {
 
 impl<'a> Statements<'a> {
     /// Opens the file; see [`Lines::open`] for the errors.
-    pub(super) fn open(path: &Path, progress: &'a dyn Progress) -> Result<Self, SceneError> {
+    pub(super) fn open(
+        path: &Path,
+        with_places: bool,
+        progress: &'a dyn Progress,
+    ) -> Result<Self, SceneError> {
         let lines = Lines::open(path)?;
         // It is read twice.
         progress.start("load", 2 * std::fs::metadata(path).map_or(0, |about| about.len()));
@@ -73,11 +81,15 @@ impl<'a> Statements<'a> {
             pass: Pass::Vertices,
             vertices: 0,
             vertices_before: 0,
+            with_places,
+            places: 0,
+            places_before: 0,
             slot: 0,
             slot_of_name: HashMap::new(),
             remarks: Remarks { slots: vec![String::new()], ..Remarks::default() },
             fault: None,
-            plain: b"g 0\n".to_vec(),
+            // The first place stands for those that are missing.
+            plain: if with_places { b"g 0\nvt NaN NaN\n".to_vec() } else { b"g 0\n".to_vec() },
             taken: 0,
         })
     }
@@ -118,13 +130,18 @@ impl<'a> Statements<'a> {
                     vertex(rest, &mut self.plain)
                         .map_err(|message| SceneError::parse(&self.file, Some(line), message))?;
                     self.vertices += 1;
+                } else if keyword == b"vt" && self.with_places {
+                    place(rest, &mut self.plain);
+                    self.places += 1;
                 }
                 continue;
             }
             match keyword {
                 b"v" => self.vertices_before += 1,
+                b"vt" => self.places_before += 1,
                 b"f" | b"fo" => {
-                    let is_face = face(rest, self.vertices, self.vertices_before, &mut self.plain)
+                    let places = self.with_places.then_some([self.places, self.places_before]);
+                    let is_face = face(rest, self.vertices, self.vertices_before, places, &mut self.plain)
                         .map_err(|message| SceneError::parse(&self.file, Some(line), message))?;
                     self.remarks.skipped_faces += u64::from(!is_face);
                 }
@@ -255,13 +272,22 @@ fn vertex(rest: &[u8], plain: &mut Vec<u8>) -> Result<(), String> {
 }
 
 /// `f` with its indices made absolute; false, and nothing written, with fewer than three corners.
-fn face(rest: &[u8], vertices: u64, vertices_before: u64, plain: &mut Vec<u8>) -> Result<bool, String> {
+fn face(
+    rest: &[u8],
+    vertices: u64,
+    vertices_before: u64,
+    places: Option<[u64; 2]>,
+    plain: &mut Vec<u8>,
+) -> Result<bool, String> {
     let start = plain.len();
     let mut corners = 0;
     plain.push(b'f');
     for word in words(rest) {
         let vertex = corner(word, vertices, vertices_before)?;
         let _ = write!(plain, " {vertex}");
+        if let Some([places, before]) = places {
+            let _ = write!(plain, "/{}", place_of(word, places, before));
+        }
         corners += 1;
         if corners > MOST_CORNERS {
             return Err(format!("the face has more than {MOST_CORNERS} corners; split it"));
@@ -273,6 +299,28 @@ fn face(rest: &[u8], vertices: u64, vertices_before: u64, plain: &mut Vec<u8>) -
     }
     plain.push(b'\n');
     Ok(true)
+}
+
+/// `vt u v`, as far as it is one; pictures are no reason to refuse a mesh.
+fn place(rest: &[u8], plain: &mut Vec<u8>) {
+    let mut values = words(rest).map(|word| number(word).unwrap_or(f64::NAN));
+    let (u, v) = (values.next().unwrap_or(f64::NAN), values.next().unwrap_or(0.0));
+    let _ = writeln!(plain, "vt {u:e} {v:e}");
+}
+
+/// The number, from 1, of the place in a corner; 1 where it has none that there is.
+fn place_of(word: &[u8], places: u64, before: u64) -> u64 {
+    let index = word
+        .split(|&byte| byte == b'/')
+        .nth(1)
+        .and_then(|text| std::str::from_utf8(text).ok()?.parse::<i64>().ok());
+    let found = match index {
+        Some(index) if index < 0 => before.checked_add_signed(index).map(|index| index + 1),
+        Some(index) => u64::try_from(index).ok(),
+        None => None,
+    };
+    // The first one stands for what is missing.
+    found.filter(|place| (1..=places).contains(place)).map_or(1, |place| place + 1)
 }
 
 /// The vertex index, from 1, of `v`, `v/vt`, `v//vn` or `v/vt/vn`.

@@ -1,6 +1,8 @@
 //! The clean-up at the end of the import: equal positions become one vertex, triangles without area and
 //! duplicates go, reflectances are clamped, and a scene that cannot be lit is refused.
 
+use std::collections::HashSet;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -41,14 +43,16 @@ pub(super) fn finish(
     let materials = clamp(&mut draft.warnings, &draft.file.display().to_string(), materials);
     if options.require_emitter && !materials.iter().any(Material::is_emitter) {
         let missing = &draft.missing_libraries;
-        let reason = if missing.is_empty() {
-            String::new()
-        } else {
+        let reason = if !missing.is_empty() {
             format!(" (material library not found: {})", name_list(missing.iter().map(String::as_str)))
+        } else if draft.pointlike_lights > 0 {
+            format!(" ({} point, spot or directional light(s) have no surface)", draft.pointlike_lights)
+        } else {
+            String::new()
         };
         let message = format!(
-            "nothing emits light{reason}; give a material a Ke in the MTL, or radiance in a .toml scene \
-             description ([[quad]] or [material.\"name\"])"
+            "nothing emits light{reason}; give a material a Ke in the MTL or an emissiveFactor in the glTF, or radiance \
+             in a .toml scene description ([[quad]] or [material.\"name\"])"
         );
         return Err(SceneError::invalid(&draft.file, None, message));
     }
@@ -242,8 +246,7 @@ fn compact_materials(draft: &mut Draft) -> Vec<DraftMaterial> {
 /// One line for each reason why materials are grey.
 fn warn_of_defaults(warnings: &mut Vec<String>, file: &str, materials: &[DraftMaterial]) {
     let names = |origin: Origin| {
-        let found: Vec<&str> =
-            materials.iter().filter(|m| m.origin == origin).map(|m| m.name.as_str()).collect();
+        let found = distinct_names(materials.iter().filter(|m| m.origin == origin));
         (!found.is_empty()).then(|| name_list(found))
     };
     if let Some(names) = names(Origin::Missing) {
@@ -251,21 +254,23 @@ fn warn_of_defaults(warnings: &mut Vec<String>, file: &str, materials: &[DraftMa
             .push(format!("{file}: material(s) in no MTL file get grey reflectance {DEFAULT_GREY}: {names}"));
     }
     if let Some(names) = names(Origin::WithoutKd) {
-        warnings.push(format!(
-            "{file}: material(s) without Kd get grey reflectance {DEFAULT_GREY} (textures are not read): {names}"
-        ));
+        warnings.push(format!("{file}: material(s) without Kd get grey reflectance {DEFAULT_GREY}: {names}"));
     }
     if names(Origin::Unnamed).is_some() {
         warnings.push(format!("{file}: faces without a material get grey reflectance {DEFAULT_GREY}"));
     }
 }
 
+/// Each name once: many materials have the same where vertices have colours.
+fn distinct_names<'a>(materials: impl Iterator<Item = &'a DraftMaterial>) -> Vec<&'a str> {
+    let mut seen = HashSet::new();
+    materials.map(|material| material.name.as_str()).filter(|&name| seen.insert(name)).collect()
+}
+
 fn clamp(warnings: &mut Vec<String>, file: &str, materials: Vec<DraftMaterial>) -> Vec<Material> {
-    let clamped: Vec<&str> = materials
-        .iter()
-        .filter(|material| material.reflectance.iter().any(|&rho| rho > HIGHEST_REFLECTANCE))
-        .map(|material| material.name.as_str())
-        .collect();
+    let is_too_bright =
+        |material: &&DraftMaterial| material.reflectance.iter().any(|&rho| rho > HIGHEST_REFLECTANCE);
+    let clamped = distinct_names(materials.iter().filter(is_too_bright));
     if !clamped.is_empty() {
         warnings.push(format!(
             "{file}: reflectance above {HIGHEST_REFLECTANCE} is clamped to it in material(s) {}",
@@ -278,6 +283,7 @@ fn clamp(warnings: &mut Vec<String>, file: &str, materials: Vec<DraftMaterial>) 
             name: shown_name(&material.name),
             reflectance: material.reflectance.map(|rho| rho.min(HIGHEST_REFLECTANCE) as f32),
             radiance: material.radiance.map(|radiance| radiance as f32),
+            painting: material.painting,
         })
         .collect()
 }

@@ -42,6 +42,7 @@ impl Rectangles {
             name: format!("grey {}", self.scene.materials.len()),
             reflectance: [reflectance; 3],
             radiance: [radiance; 3],
+            painting: None,
         });
         self.scene.materials.len() as u32 - 1
     }

@@ -29,7 +29,12 @@ fn scene(mesh: &TraceMesh, shift: DVec3) -> Scene {
         name: "soup".to_owned(),
         positions: mesh.positions.iter().map(|p| p.as_dvec3() + shift).collect(),
         triangles: triangles.map(|(&vertices, &patch)| Triangle { vertices, material: 0, patch }).collect(),
-        materials: vec![Material { name: "grey".to_owned(), reflectance: [0.5; 3], radiance: [0.0; 3] }],
+        materials: vec![Material {
+            name: "grey".to_owned(),
+            reflectance: [0.5; 3],
+            radiance: [0.0; 3],
+            painting: None,
+        }],
         cameras: vec![camera],
         meters_per_unit: 1.0,
         patch_count: mesh.first_triangle.len() as u32 - 1,

@@ -8,7 +8,7 @@ use super::{ExactnessArgs, LibraryArgs, PictureArgs, PrintArgs, VisibilityArg, w
 
 #[derive(Debug, Args)]
 pub(in crate::cli) struct CompareArgs {
-    /// Scene description (.toml) or a bare mesh (.obj)
+    /// Scene description (.toml) or a bare mesh (.obj, .glb, .gltf, .ply)
     #[arg(value_name = "SCENE")]
     pub(in crate::cli) scene: PathBuf,
     /// Random rays and rays that are hard to decide, 0 to 100000000, besides those of the solutions

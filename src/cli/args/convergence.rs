@@ -9,7 +9,7 @@ use crate::gather::SAMPLES;
 
 #[derive(Debug, Args)]
 pub(in crate::cli) struct ConvergenceArgs {
-    /// Scene description (.toml) or a bare mesh (.obj)
+    /// Scene description (.toml) or a bare mesh (.obj, .glb, .gltf, .ply)
     #[arg(value_name = "SCENE")]
     pub(in crate::cli) scene: PathBuf,
     /// Points to compare at: a text file as for `probe`

@@ -9,7 +9,7 @@ use crate::gather::SAMPLES;
 
 #[derive(Debug, Args)]
 pub(in crate::cli) struct ProfileArgs {
-    /// Scene description (.toml) or a bare mesh (.obj)
+    /// Scene description (.toml) or a bare mesh (.obj, .glb, .gltf, .ply)
     #[arg(value_name = "SCENE")]
     pub(in crate::cli) scene: PathBuf,
     /// Ways to decide visibility, separated by commas; the first sets the aim, the errors that the others have to

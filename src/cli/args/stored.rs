@@ -9,7 +9,7 @@ use crate::scene::MaterialChange;
 
 #[derive(Debug, Args)]
 pub(in crate::cli) struct SolveArgs {
-    /// Scene description (.toml) or a bare mesh (.obj)
+    /// Scene description (.toml) or a bare mesh (.obj, .glb, .gltf, .ply)
     #[arg(value_name = "SCENE")]
     pub(in crate::cli) scene: PathBuf,
     /// Solution file to write (.lsol), for --solution of other commands
