@@ -9,6 +9,8 @@ mod fingerprint;
 mod frame;
 mod mesh;
 mod overlaps;
+mod rooms;
+mod surfaces;
 mod tree;
 
 pub(crate) use contacts::within;
@@ -67,19 +69,19 @@ impl Hierarchy {
         let positions: Vec<Vec3> = scene.positions.iter().map(|&p| frame.local_from_scene(p)).collect();
         let merged = facets::merge(&positions, &scene.triangles, progress);
         let triangles = scene.triangles.iter().map(|triangle| triangle.vertices).collect();
-        let mut surfaces = overlaps::Surfaces {
+        let mut surfaces = surfaces::Surfaces {
             facets: merged,
             positions,
             triangles,
             materials: &scene.materials,
             one_sided,
         };
-        let (mut nodes, mut order) = tree::build(&surfaces.boxes());
+        let (mut nodes, mut order) = tree::build(&surfaces);
         let covered_facets = surfaces.part_overlaps(&nodes, &order, progress);
         if covered_facets > 0 {
-            (nodes, order) = tree::build(&surfaces.boxes());
+            (nodes, order) = tree::build(&surfaces);
         }
-        let overlaps::Surfaces { facets: merged, positions, triangles, .. } = surfaces;
+        let surfaces::Surfaces { facets: merged, positions, triangles, .. } = surfaces;
 
         let mut mesh = TraceMesh { positions, first_triangle: vec![0], ..TraceMesh::default() };
         let mut sorted = Vec::with_capacity(merged.len());

@@ -4,11 +4,11 @@
 
 use super::TOLERANCE;
 use super::facets::{MergedFacet, corners_of};
+use super::surfaces::Surfaces;
 use super::tree::{Node, NodeKind};
-use crate::math::{Aabb, Axes, FlatPolygon, FlatRegion, MAX_VERTICES, Plane, Polygon};
+use crate::math::{Axes, FlatPolygon, FlatRegion, MAX_VERTICES, Plane, Polygon};
 use crate::progress::Progress;
-use crate::scene::Material;
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use rayon::prelude::*;
 
 /// Overlaps less deep are left alone: some roundings, and of no weight.
@@ -16,16 +16,6 @@ const LEAST_DEPTH: f64 = 4.0 * TOLERANCE;
 
 /// A facet that would fall into more pieces is left whole.
 const MOST_PIECES: usize = 4096;
-
-/// The facets and what they are made of.
-pub(super) struct Surfaces<'a> {
-    pub(super) facets: Vec<MergedFacet>,
-    pub(super) positions: Vec<Vec3>,
-    /// Corners of all triangles, indices into `positions`.
-    pub(super) triangles: Vec<[u32; 3]>,
-    pub(super) materials: &'a [Material],
-    pub(super) one_sided: bool,
-}
 
 /// A facet that others cover partly or wholly.
 struct Covered {
@@ -37,22 +27,11 @@ struct Covered {
 }
 
 impl Surfaces<'_> {
-    /// A box around each facet.
-    pub(super) fn boxes(&self) -> Vec<Aabb> {
-        let corners = |facet: &MergedFacet| {
-            let triangles = facet.triangles.iter().flat_map(|&t| self.triangles[t as usize]);
-            Aabb::around(triangles.map(|v| self.positions[v as usize]))
-        };
-        self.facets.iter().map(corners).collect()
-    }
-
     /// Leaves what several facets cover to one of them. `nodes` is the tree above the facets, which stand in it in
     /// this `order`. How many were cut or dropped: if any, the tree is to be built anew.
     pub(super) fn part_overlaps(&mut self, nodes: &[Node], order: &[u32], progress: &dyn Progress) -> usize {
         progress.start("overlaps", self.facets.len() as u64);
-        let planes: Vec<Plane> = self.facets.par_iter().map(|facet| facet.plane(&self.positions)).collect();
-        let areas: Vec<f64> =
-            self.facets.par_iter().map(|facet| facet.polygon(&self.positions).area()).collect();
+        let (planes, areas) = (self.planes(), self.areas());
         let found: Vec<Covered> = (0..self.facets.len())
             .into_par_iter()
             .filter_map(|facet| {

@@ -1,6 +1,8 @@
 //! The tree above the facets, in depth-first order.
 
 use super::TOLERANCE;
+use super::rooms::Rooms;
+use super::surfaces::Surfaces;
 use crate::math::{Aabb, Plane};
 use glam::Vec3;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
@@ -67,49 +69,13 @@ impl obvhs::Boundable for Bounded {
     }
 }
 
-/// Builds the tree over `boxes` (not empty); returns the nodes in depth-first order and, for each
-/// new id, the index of its box.
-pub(super) fn build(boxes: &[Aabb]) -> (Vec<Node>, Vec<u32>) {
-    let bounded: Vec<Bounded> = boxes.iter().map(|&b| Bounded(b)).collect();
-    let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(
-        PlocSearchDistance::Medium,
-        &bounded,
-        (0..boxes.len() as u32).collect(),
-        SortPrecision::U64,
-        0,
-    );
-    ReinsertionOptimizer::default().run(&mut bvh, 0.05, None);
-
-    let mut nodes = Vec::with_capacity(2 * boxes.len());
-    let mut order = Vec::with_capacity(boxes.len());
-    // (node of the builder, index of the parent that waits to learn its second child)
-    let mut stack = vec![(0usize, None)];
-    while let Some((old, parent)) = stack.pop() {
-        let index = nodes.len() as u32;
-        if let Some(parent) = parent {
-            let parent: &mut Node = &mut nodes[parent as usize];
-            parent.second = index;
-        }
-        let node = &bvh.nodes[old];
-        let first = order.len() as u32;
-        nodes.push(Node {
-            bounds: Aabb::EMPTY,
-            first,
-            end: first + 1,
-            second: 0,
-            area: 0.0,
-            center: Vec3::ZERO,
-        });
-        if node.is_leaf() {
-            debug_assert_eq!(node.prim_count, 1);
-            let facet = bvh.primitive_indices[node.first_index as usize];
-            nodes[index as usize].bounds = boxes[facet as usize];
-            order.push(facet);
-        } else {
-            stack.push((node.first_index as usize + 1, Some(index)));
-            stack.push((node.first_index as usize, None));
-        }
-    }
+/// Builds the tree above facets (one at least): rooms at the top, neighbours gathered within each. Returns the nodes in
+/// depth-first order and, for each new id of a facet, the old one.
+pub(super) fn build(surfaces: &Surfaces<'_>) -> (Vec<Node>, Vec<u32>) {
+    let count = surfaces.facets.len();
+    let mut tree = Tree { nodes: Vec::with_capacity(2 * count), order: Vec::with_capacity(count) };
+    tree.part(&Rooms::of(surfaces), &(0..count as u32).collect::<Vec<_>>());
+    let Tree { mut nodes, order } = tree;
     for index in (0..nodes.len()).rev() {
         let node: Node = nodes[index];
         if !node.is_leaf() {
@@ -119,4 +85,66 @@ pub(super) fn build(boxes: &[Aabb]) -> (Vec<Node>, Vec<u32>) {
         }
     }
     (nodes, order)
+}
+
+/// The tree as it grows; boxes and ends of clusters are still open.
+struct Tree {
+    nodes: Vec<Node>,
+    order: Vec<u32>,
+}
+
+impl Tree {
+    /// Adds rooms, and what is in them.
+    fn part(&mut self, rooms: &Rooms<'_>, facets: &[u32]) {
+        match rooms.part(facets) {
+            Some([front, back]) => {
+                let cluster = self.push(Aabb::EMPTY);
+                self.part(rooms, &front);
+                self.nodes[cluster].second = self.nodes.len() as u32;
+                self.part(rooms, &back);
+            }
+            None => self.gather(rooms, facets),
+        }
+    }
+
+    /// Adds a tree of neighbours.
+    fn gather(&mut self, rooms: &Rooms<'_>, facets: &[u32]) {
+        let boxes: Vec<Bounded> = facets.iter().map(|&facet| Bounded(rooms.boxes[facet as usize])).collect();
+        let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(
+            PlocSearchDistance::Medium,
+            &boxes,
+            (0..boxes.len() as u32).collect(),
+            SortPrecision::U64,
+            0,
+        );
+        ReinsertionOptimizer::default().run(&mut bvh, 0.05, None);
+
+        // (node of the builder, index of the parent that waits to learn its second child)
+        let mut stack = vec![(0usize, None)];
+        while let Some((old, parent)) = stack.pop() {
+            if let Some(parent) = parent {
+                let second = self.nodes.len() as u32;
+                let parent: &mut Node = &mut self.nodes[parent];
+                parent.second = second;
+            }
+            let node = &bvh.nodes[old];
+            if node.is_leaf() {
+                debug_assert_eq!(node.prim_count, 1);
+                let facet = facets[bvh.primitive_indices[node.first_index as usize] as usize];
+                self.push(rooms.boxes[facet as usize]);
+                self.order.push(facet);
+            } else {
+                let index = self.push(Aabb::EMPTY);
+                stack.push((node.first_index as usize + 1, Some(index)));
+                stack.push((node.first_index as usize, None));
+            }
+        }
+    }
+
+    /// Adds a node, a leaf for now.
+    fn push(&mut self, bounds: Aabb) -> usize {
+        let first = self.order.len() as u32;
+        self.nodes.push(Node { bounds, first, end: first + 1, second: 0, area: 0.0, center: Vec3::ZERO });
+        self.nodes.len() - 1
+    }
 }

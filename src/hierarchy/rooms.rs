@@ -1,0 +1,277 @@
+//! Rooms: facets are parted along walls and floors before neighbours are gathered into clusters. A cluster that
+//! reaches through a wall is seen by what is in either room, and no plane hides it from what is in only one of them.
+
+use super::TOLERANCE;
+use super::surfaces::Surfaces;
+use crate::math::{Aabb, Axes, Clip, Plane};
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// The share of the section through all facets that a wall has to fill: one with a door and windows does, a table
+/// does not.
+const FILLED: f64 = 0.5;
+
+/// The share of all area that has to lie on either side: a shelf board makes no rooms.
+const LEAST_SIDE: f64 = 0.05;
+
+/// The share of all area that may reach through the wall.
+const MOST_THROUGH: f64 = 0.3;
+
+/// Fewer facets are not parted.
+const LEAST_FACETS: usize = 32;
+
+/// Planes tried as walls: those that hold the largest area.
+const MOST_WALLS: usize = 64;
+
+/// Directions are told apart in steps of this share of a unit normal.
+const STEP: f64 = 1e-3;
+
+/// Facets no farther from a plane than this lie in it, local units.
+const IN_PLANE: f64 = 4.0 * TOLERANCE;
+
+/// The facets to be parted.
+pub(super) struct Rooms<'a> {
+    surfaces: &'a Surfaces<'a>,
+    /// A box around each facet.
+    pub(super) boxes: Vec<Aabb>,
+    planes: Vec<Plane>,
+    areas: Vec<f64>,
+}
+
+/// A plane that facets lie in.
+struct Wall {
+    /// The largest facet in it.
+    largest: u32,
+    plane: Plane,
+    /// Of all facets in it.
+    area: f64,
+}
+
+impl<'a> Rooms<'a> {
+    pub(super) fn of(surfaces: &'a Surfaces<'a>) -> Rooms<'a> {
+        let (boxes, planes, areas) = (surfaces.boxes(), surfaces.planes(), surfaces.areas());
+        Rooms { surfaces, boxes, planes, areas }
+    }
+
+    /// Both parts of these facets, in front of and behind the best wall among them; `None` if there is no wall.
+    pub(super) fn part(&self, facets: &[u32]) -> Option<[Vec<u32>; 2]> {
+        if facets.len() < LEAST_FACETS {
+            return None;
+        }
+        let bounds = facets.iter().fold(Aabb::EMPTY, |all, &facet| all.union(self.boxes[facet as usize]));
+        let walls = self.walls(facets);
+        let worths: Vec<f64> = walls.par_iter().map(|wall| self.worth(wall, facets, &bounds)).collect();
+        let (best, worth) = worths.iter().enumerate().rev().max_by(|a, b| a.1.total_cmp(b.1))?;
+        if *worth <= 0.0 {
+            return None;
+        }
+        let wall = &walls[best].plane;
+        let (front, back) = facets.iter().partition(|&&facet| self.is_in_front(facet, wall));
+        Some([front, back])
+    }
+
+    /// The planes that hold the largest area, the largest first.
+    fn walls(&self, facets: &[u32]) -> Vec<Wall> {
+        let mut flat: Vec<([i32; 3], f64, u32)> = facets
+            .iter()
+            .map(|&facet| {
+                let plane = self.planes[facet as usize];
+                let key = (plane.normal / STEP).round().as_ivec3().to_array();
+                let opposite = key.map(|k| -k);
+                if key < opposite { (opposite, -plane.offset, facet) } else { (key, plane.offset, facet) }
+            })
+            .collect();
+        flat.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
+        let mut walls: Vec<Wall> = flat
+            .chunk_by(|a, b| a.0 == b.0 && b.1 - a.1 <= TOLERANCE)
+            .map(|together| {
+                let area_of = |&(_, _, facet): &([i32; 3], f64, u32)| self.areas[facet as usize];
+                let largest = together.iter().rev().max_by(|a, b| area_of(a).total_cmp(&area_of(b)));
+                let largest = largest.expect("no chunk is empty").2;
+                Wall {
+                    largest,
+                    plane: self.planes[largest as usize],
+                    area: together.iter().map(area_of).sum(),
+                }
+            })
+            .collect();
+        walls.sort_by(|a, b| b.area.total_cmp(&a.area));
+        walls.truncate(MOST_WALLS);
+        walls
+    }
+
+    /// How well a wall parts facets, 0 to 1/2: better the more of its section it fills, the more alike both sides are,
+    /// and the less reaches through it. 0 if it is none.
+    fn worth(&self, wall: &Wall, facets: &[u32], bounds: &Aabb) -> f64 {
+        let section = section(bounds, &wall.plane).min(self.extent(wall, facets));
+        let filled = (wall.area / section.max(f64::MIN_POSITIVE)).min(1.0);
+        if filled < FILLED {
+            return 0.0;
+        }
+        let (mut front, mut through, mut all) = (0.0, 0.0, 0.0);
+        for &facet in facets {
+            let area = self.areas[facet as usize];
+            let reach = self.reach(facet, &wall.plane);
+            all += area;
+            front += if self.is_in_front(facet, &wall.plane) { area } else { 0.0 };
+            through += if reach.start < -IN_PLANE && reach.end > IN_PLANE { area } else { 0.0 };
+        }
+        let side = front.min(all - front);
+        if side < LEAST_SIDE * all || through > MOST_THROUGH * all {
+            return 0.0;
+        }
+        filled * side / all * (1.0 - through / all)
+    }
+
+    /// Area of the rectangle around all facets seen along the normal of a wall, which stands as the wall does: in a
+    /// building that stands askew a section of the box is larger.
+    fn extent(&self, wall: &Wall, facets: &[u32]) -> f64 {
+        let outline = self.surfaces.facets[wall.largest as usize].polygon(&self.surfaces.positions);
+        let axes = Axes::along(&outline, &wall.plane);
+        let corners = facets.iter().flat_map(|&facet| &self.surfaces.facets[facet as usize].corners);
+        let (mut low, mut high) = (DVec2::MAX, DVec2::MIN);
+        for &corner in corners {
+            let corner = axes.flat(self.surfaces.positions[corner as usize].as_dvec3());
+            (low, high) = (low.min(corner), high.max(corner));
+        }
+        (high - low).element_product()
+    }
+
+    /// Smallest and largest distance of a facet from a plane.
+    fn reach(&self, facet: u32, plane: &Plane) -> Range<f64> {
+        let (start, end) = plane.distance_range(&self.boxes[facet as usize]);
+        if start >= 0.0 || end <= 0.0 {
+            return start..end;
+        }
+        let corners = &self.surfaces.facets[facet as usize].corners;
+        let distances =
+            corners.iter().map(|&c| plane.distance(self.surfaces.positions[c as usize].as_dvec3()));
+        distances.fold(f64::MAX..f64::MIN, |range, d| range.start.min(d)..range.end.max(d))
+    }
+
+    /// Whether a facet belongs to what is in front of a plane. What lies in it belongs where it faces.
+    fn is_in_front(&self, facet: u32, plane: &Plane) -> bool {
+        let reach = self.reach(facet, plane);
+        if reach.start >= -IN_PLANE && reach.end <= IN_PLANE {
+            self.planes[facet as usize].normal.dot(plane.normal) > 0.0
+        } else {
+            reach.start + reach.end > 0.0
+        }
+    }
+}
+
+/// Area of the part of a plane within a box.
+fn section(bounds: &Aabb, plane: &Plane) -> f64 {
+    let middle = bounds.center() - plane.normal * plane.distance(bounds.center());
+    let (along, across) = plane.normal.any_orthonormal_pair();
+    let size = 2.0 * bounds.radius();
+    let square = [along + across, along - across, -along - across, across - along].map(|c| middle + c * size);
+    let mut clip: Clip<16> = Clip::new(&square);
+    for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+        clip.keep_front(&Plane::through(bounds.min.as_dvec3(), axis), 0.0);
+        clip.keep_front(&Plane::through(bounds.max.as_dvec3(), -axis), 0.0);
+    }
+    0.5 * clip.area_vector().length()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Hierarchy;
+    use super::*;
+    use crate::progress::Silent;
+    use crate::scene::{ImportCounts, Material, Scene, Triangle};
+    use glam::DQuat;
+
+    /// Quadrilaterals, turned as a whole. Those before and beyond x = 4 are of two materials, so that they stay apart.
+    fn scene(quads: &[[DVec3; 4]], turn: DQuat) -> Scene {
+        let material = || Material { name: String::new(), reflectance: [0.5; 3], radiance: [1.0; 3] };
+        let triangles = |i: u32| {
+            let material = u32::from(quads[i as usize].iter().all(|corner| corner.x >= 4.0));
+            [[4 * i, 4 * i + 1, 4 * i + 2], [4 * i, 4 * i + 2, 4 * i + 3]].map(|vertices| Triangle {
+                vertices,
+                material,
+                patch: i,
+            })
+        };
+        Scene {
+            name: "rooms".to_owned(),
+            positions: quads.iter().flatten().map(|&corner| turn * corner).collect(),
+            triangles: (0..quads.len() as u32).flat_map(triangles).collect(),
+            materials: vec![material(), material()],
+            rectangles: Vec::new(),
+            cameras: Vec::new(),
+            meters_per_unit: 1.0,
+            patch_count: quads.len() as u32,
+            counts: ImportCounts::default(),
+            files: Vec::new(),
+            warnings: Vec::new(),
+        }
+    }
+
+    /// A rectangle from a corner along two edges.
+    fn rectangle(corner: [f64; 3], a: [f64; 3], b: [f64; 3]) -> [DVec3; 4] {
+        let [corner, a, b] = [corner, a, b].map(DVec3::from);
+        [corner, corner + a, corner + a + b, corner + b]
+    }
+
+    /// Small things: those of one room stand near those of the next, and those of a room are far from each other.
+    fn things(x: f64) -> impl Iterator<Item = [DVec3; 4]> {
+        (0..30).map(move |i| {
+            let (z, y) = (f64::from(i % 6) * 0.9 + 0.2, f64::from(i / 6) * 0.5 + 0.2);
+            rectangle([x, y, z], [0.01, 0.02, 0.0], [0.0, 0.02, 0.02])
+        })
+    }
+
+    /// Two rooms of 4 m × 3 m × 6 m without a ceiling. The wall between them, at x = 4, leaves `door` metres of 6 open.
+    fn two_rooms(door: f64) -> Vec<[DVec3; 4]> {
+        let floor = |x| rectangle([x, 0.0, 0.0], [0.0, 0.0, 6.0], [4.0, 0.0, 0.0]);
+        let side = |x, z| rectangle([x, 0.0, z], [4.0, 0.0, 0.0], [0.0, 3.0, 0.0]);
+        let wall = rectangle([4.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 6.0 - door]);
+        let mut quads = vec![wall];
+        quads.extend([0.0, 4.0].into_iter().flat_map(|x| [floor(x), side(x, 0.0), side(x, 6.0)]));
+        quads.extend(things(3.95).chain(things(4.05)));
+        quads
+    }
+
+    /// Whether one half of the tree holds what is on one side of x = 4 before the turn, and the other half the rest.
+    fn is_parted_at_wall(quads: &[[DVec3; 4]], turn: DQuat) -> bool {
+        let hierarchy = Hierarchy::build(&scene(quads, turn), false, &Silent);
+        let normal = (turn * DVec3::X).as_vec3();
+        let wall = hierarchy.frame.local_from_scene(turn * (DVec3::X * 4.0)).dot(normal);
+        let halves = hierarchy.nodes[0].children(0).map(|child| hierarchy.nodes[child as usize]);
+        let sides = halves.map(|half| {
+            let beyond =
+                |&facet: &u32| hierarchy.nodes[hierarchy.leaf(facet) as usize].center.dot(normal) - wall;
+            let small = |&facet: &u32| hierarchy.polygon(facet).area() < 0.01;
+            (half.first..half.end).filter(small).map(|facet| beyond(&facet) > 0.0).collect::<Vec<bool>>()
+        });
+        sides.iter().all(|side| side.iter().all(|&beyond| beyond == side[0])) && sides[0][0] != sides[1][0]
+    }
+
+    #[test]
+    fn a_wall_with_a_door_parts_rooms_however_it_stands() {
+        for turn in [
+            DQuat::IDENTITY,
+            DQuat::from_rotation_y(0.7),
+            DQuat::from_euler(glam::EulerRot::XYZ, 0.3, 1.0, 2.0),
+        ] {
+            assert!(is_parted_at_wall(&two_rooms(0.9), turn), "{turn}");
+        }
+    }
+
+    #[test]
+    fn a_pillar_parts_nothing() {
+        assert!(!is_parted_at_wall(&two_rooms(4.5), DQuat::IDENTITY));
+    }
+
+    #[test]
+    fn sections_of_a_box_have_their_area() {
+        let bounds = Aabb { min: glam::Vec3::ZERO, max: glam::Vec3::new(2.0, 3.0, 4.0) };
+        let across = Plane::through(DVec3::new(0.5, 9.0, 9.0), DVec3::X);
+        assert!((section(&bounds, &across) - 12.0).abs() < 1e-9);
+        let slant = Plane::through(DVec3::new(1.0, 1.5, 0.0), DVec3::new(3.0, -2.0, 0.0).normalize());
+        assert!((section(&bounds, &slant) - 4.0 * 13f64.sqrt()).abs() < 1e-9, "{}", section(&bounds, &slant));
+        assert_eq!(section(&bounds, &Plane::through(DVec3::splat(-1.0), DVec3::X)), 0.0);
+    }
+}
