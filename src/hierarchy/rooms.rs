@@ -185,7 +185,8 @@ mod tests {
 
     /// Quadrilaterals, turned as a whole. Those before and beyond x = 4 are of two materials, so that they stay apart.
     fn scene(quads: &[[DVec3; 4]], turn: DQuat) -> Scene {
-        let material = || Material { name: String::new(), reflectance: [0.5; 3], radiance: [1.0; 3] };
+        let material =
+            || Material { name: String::new(), reflectance: [0.5; 3], radiance: [1.0; 3], painting: None };
         let triangles = |i: u32| {
             let material = u32::from(quads[i as usize].iter().all(|corner| corner.x >= 4.0));
             [[4 * i, 4 * i + 1, 4 * i + 2], [4 * i, 4 * i + 2, 4 * i + 3]].map(|vertices| Triangle {
