@@ -1,6 +1,6 @@
 //! How much memory the process uses, and how far a part of its work makes that rise.
 
-use embree4_sys::give_back_freed;
+pub(crate) use embree4_sys::give_back_freed;
 
 /// Peak resident set of this process in bytes, as the Linux kernel counts it (`VmHWM`); 0 where
 /// that is not known, as on other systems.

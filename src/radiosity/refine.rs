@@ -11,6 +11,7 @@ use super::transport::Light;
 use super::work::WorkDone;
 use crate::hierarchy::Hierarchy;
 use crate::math::hash_pair;
+use crate::memory::give_back_freed;
 use crate::progress::{Progress, Work};
 use crate::tracer::NO_FACET;
 use crate::visibility::{
@@ -169,6 +170,8 @@ impl<'a> Refiner<'a> {
         let mut all = self.output();
         all.links.reserve_exact(parts.iter().map(|part| part.links.len()).sum());
         parts.into_iter().for_each(|part| all.absorb(part));
+        // The parts lay in the heaps of all threads, where nothing as large as what comes next finds room.
+        give_back_freed();
         (all.counters.visibility, all.counters.detail) = all.worker.into_counted();
         (all.links, all.counters, all.done)
     }

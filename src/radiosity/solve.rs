@@ -332,6 +332,7 @@ pub(super) fn iterate(
             if is_last {
                 let kept = refined.len();
                 refined.retain(|link| link.class != LinkClass::Invisible);
+                refined.shrink_to_fit();
                 counters.invisible += (kept - refined.len()) as u64;
             }
             links = LinkSet::new(refined, hierarchy.nodes.len() + forest.len());
