@@ -174,8 +174,8 @@ async function laidOut(browser, folder, name, file, view) {
   const isPhone = view.width === PHONE.width;
   if (isPhone) {
     const turned = await opened(browser, file, { width: PHONE.height, height: PHONE.width });
-    for (const [held, { page }] of [["upright", { page }], ["sideways", turned]]) {
-      if (await page.$eval("#panel", panel => panel.open)) complaints.push(`controls cover the scene of a phone held ${held} at first`);
+    for (const [held, seen] of [["upright", page], ["sideways", turned.page]]) {
+      if (await seen.$eval("#panel", panel => panel.open)) complaints.push(`controls cover the scene of a phone held ${held} at first`);
     }
     await turned.page.close();
     const start = await picture(page);
