@@ -10,7 +10,7 @@ use glam::DVec3;
 use super::change::MaterialChange;
 use super::description::{MaterialOverride, Quad};
 use super::error::{SceneError, name_list, quoted};
-use super::texture::Painting;
+use super::texture::{MOST_PIXELS_OF_ALL, Painting};
 use super::triangulate::Triangulator;
 use super::{Camera, ImportCounts, Triangle};
 
@@ -99,6 +99,8 @@ pub(super) struct Draft {
     pub(super) missing_libraries: Vec<String>,
     /// Lights of the meshes that have no surface.
     pub(super) pointlike_lights: usize,
+    /// Pixels that the pictures of further meshes may have.
+    pub(super) picture_room: u64,
     /// Cameras of the meshes; names differ.
     pub(super) cameras: Vec<Camera>,
     /// Materials that the meshes use or their libraries define.
@@ -118,6 +120,7 @@ impl Draft {
             warnings: Vec::new(),
             missing_libraries: Vec::new(),
             pointlike_lights: 0,
+            picture_room: MOST_PIXELS_OF_ALL,
             cameras: Vec::new(),
             mesh_materials: BTreeSet::new(),
         }

@@ -8,9 +8,9 @@ use glam::DVec2;
 
 use super::error::{SceneError, quoted};
 use super::lines::{Lines, MOST_PICTURE_BYTES, read_whole};
-use super::obj::find_beside;
+use super::obj::{find_beside, without_comment};
 use super::statements::{LARGEST_COLOUR, number, words};
-use super::texture::{MOST_PIXELS_OF_ALL, Picture, Texture, Wrap};
+use super::texture::{Picture, Texture, Wrap};
 
 /// Options and their values before the name of a picture, at most.
 const MOST_WORDS: usize = 32;
@@ -48,7 +48,7 @@ impl MtlPicture {
 }
 
 /// Reads a library; a later material replaces an earlier one of the same name. Warnings are added to
-/// `warnings`, and the pictures that were read to `files`.
+/// `warnings`, and the pictures that it names to `files`; `room` is how many pixels they may have, and how many are left.
 ///
 /// A picture (`map_Kd`) multiplies `Kd`; one that cannot be read is a warning.
 ///
@@ -58,25 +58,26 @@ pub(super) fn read(
     path: &Path,
     warnings: &mut Vec<String>,
     files: &mut Vec<PathBuf>,
+    room: &mut u64,
 ) -> Result<Vec<MtlMaterial>, SceneError> {
     let plain = plain_form(path, warnings)?;
     let (materials, _) = tobj::load_mtl_buf(&mut plain.as_slice())
         .map_err(|error| SceneError::parse(path, None, format!("cannot be read as MTL ({error})")))?;
     let mut textures: HashMap<PathBuf, Result<Arc<Texture>, String>> = HashMap::new();
-    let mut room = MOST_PIXELS_OF_ALL;
     let mut missing = Vec::new();
     let mut read = Vec::new();
     for material in materials {
         let mut reflectance = material.diffuse;
         let mut picture = None;
         if let Some(text) = &material.diffuse_texture {
-            let texture = match picture_path(path, text) {
+            let found = picture_path(path, text).or_else(|| picture_path(path, without_comment(text)));
+            let texture = match found {
                 None => Err("file not found".to_owned()),
                 Some((found, options)) => {
                     let texture = textures.entry(found.clone()).or_insert_with(|| {
-                        let texture = decoded(&found, room)?;
-                        room -= texture.pixels();
                         files.push(found);
+                        let texture = decoded(&files[files.len() - 1], *room)?;
+                        *room -= texture.pixels();
                         Ok(Arc::new(texture))
                     });
                     texture.clone().map(|texture| (texture, options))

@@ -174,7 +174,9 @@ impl Draft {
             for (name, found) in library_paths(path, names) {
                 match found {
                     Some(found) if read.insert(found.clone()) => {
-                        for material in mtl::read(&found, &mut self.warnings, &mut self.files)? {
+                        for material in
+                            mtl::read(&found, &mut self.warnings, &mut self.files, &mut self.picture_room)?
+                        {
                             library.insert(material.name.clone(), material);
                         }
                         self.files.push(found);
@@ -252,7 +254,7 @@ impl Brush<'_> {
 }
 
 /// The name without a comment after it.
-fn without_comment(name: &str) -> &str {
+pub(super) fn without_comment(name: &str) -> &str {
     name.find(" #").map_or(name, |end| name[..end].trim_end())
 }
 

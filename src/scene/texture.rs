@@ -15,6 +15,9 @@ pub(super) const MOST_PIXELS_OF_ALL: u64 = 1 << 28;
 /// Most samples along the longest edge of a triangle whose colours are averaged.
 const MOST_SAMPLES: f64 = 64.0;
 
+/// How a JPEG begins.
+const JPEG_START: &[u8] = &[0xff, 0xd8];
+
 static LINEAR: LazyLock<[f32; 256]> =
     LazyLock::new(|| std::array::from_fn(|byte| linear_from_srgb(byte as f32 / 255.0)));
 
@@ -74,6 +77,9 @@ impl Texture {
         if pixels == 0 || pixels > most {
             return Err(format!("has {width} × {height} pixels, and at most {most} are read"));
         }
+        if bytes.starts_with(JPEG_START) && !is_whole_jpeg(bytes) {
+            return Err("is cut off".to_owned());
+        }
         let picture = reader()?.decode().map_err(fault)?.into_rgb8();
         Ok(Texture::new(width, height, picture.into_raw()))
     }
@@ -113,6 +119,25 @@ impl Texture {
             upper + (lower - upper) * down
         })
     }
+}
+
+/// Whether a JPEG has the marker of its end (ITU-T T.81, B.1.1): where it is cut off, the decoder makes up what is missing and
+/// says nothing.
+fn is_whole_jpeg(bytes: &[u8]) -> bool {
+    let mut at = JPEG_START.len();
+    while let Some(rest) = bytes.get(at..) {
+        // What comes before the next marker is light, in which 0 follows 0xff but for restarts.
+        let is_marker = |two: &[u8]| two[0] == 0xff && !matches!(two[1], 0 | 0xd0..=0xd7 | 0xff);
+        let Some(found) = rest.windows(2).position(is_marker) else { return false };
+        if rest[found + 1] == 0xd9 {
+            return true;
+        }
+        // Segments say how long they are; a picture within one has an end of its own.
+        let length =
+            rest.get(found + 2..found + 4).map_or(0, |two| usize::from(two[0]) << 8 | usize::from(two[1]));
+        at += found + 2 + length;
+    }
+    false
 }
 
 /// The pixels on both sides of a place along an axis, and the share of the second one.

@@ -154,6 +154,18 @@ fn points_and_lines_are_left_out_and_counted() {
 }
 
 #[test]
+fn what_has_no_positions_is_left_out_and_what_has_no_data_is_zeros() {
+    let mut square = square();
+    let other = json!({"attributes": {}, "indices": 1});
+    crate::files::push(&mut square.json["meshes"][0]["primitives"], other);
+    let colours = square.add_accessor(json!({"componentType": 5126, "type": "VEC3", "count": 4}));
+    square.json["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = json!(colours);
+    let scene = square.scene();
+    assert_eq!((scene.triangles.len(), scene.materials[0].reflectance), (2, [0.0; 3]));
+    assert_warned(&scene, &["1 primitive(s) without positions skipped"]);
+}
+
+#[test]
 fn sparse_values_take_the_place_of_others() {
     let mut square = square();
     let places = square.add_view(&[2, 0, 3, 0]);

@@ -142,12 +142,15 @@ fn pictures_that_cannot_be_read_are_a_warning() {
     let checksum = crc32fast::hash(&giant[12..29]).to_be_bytes();
     giant[29..33].copy_from_slice(&checksum);
     let cut = &whole[..whole.len() / 2];
+    let jpeg = encoded(&RgbImage::from_fn(64, 64, |x, y| Rgb([x as u8, y as u8, 9])), ImageFormat::Jpeg);
     for (picture, why) in [
         (&giant[..], "100000 × 100000 pixels, and at most 67108864"),
         (cut, "cannot be decoded"),
         (b"GIF89a", "neither PNG nor JPEG"),
         (b"\x89PNG\r\n\x1a\n", "cannot be decoded"),
         (b"\xff\xd8\xff\xe0", "cannot be decoded"),
+        // Most of its light is there.
+        (&jpeg[..jpeg.len() - 40], "is cut off"),
     ] {
         let mut square = painted(picture, FLAT);
         let scene = square.scene();
@@ -178,15 +181,27 @@ fn a_picture_of_an_mtl_without_places_counts_as_its_mean() {
         ("Kd 0.5 0.5 0.8\nmap_Kd my picture.png", [0.25, 0.125, 0.4]),
         ("map_Kd -s 1 1 1 -clamp on my picture.png\nKd 0.5 0.5 0.8", [0.25, 0.125, 0.4]),
         ("map_Kd C:\\textures\\my picture.png", [0.5, 0.25, 0.5]),
+        ("map_Kd my picture.png # of oak", [0.5, 0.25, 0.5]),
         ("Kd 0.5 0.5 0.8\nmap_Kd none.png", [0.5, 0.5, 0.8]),
         ("map_Kd a.mtl", [0.5; 3]),
+        ("Kd 0.1 0.2 0.3\nmap_Kd my picture.png.txt", [0.1, 0.2, 0.3]),
         ("map_Kd", [0.5; 3]),
     ] {
         let mtl = format!("newmtl a\n{mtl}\n");
-        let files = Files::new(&[("a.obj", obj), ("a.mtl", mtl.as_bytes()), ("my picture.png", &picture)]);
+        let files = Files::new(&[
+            ("a.obj", obj),
+            ("a.mtl", mtl.as_bytes()),
+            ("my picture.png", &picture),
+            ("my picture.png.txt", b"x"),
+        ]);
         let scene = files.load().unwrap_or_else(|error| panic!("{error}"));
         assert_near(scene.materials[0].reflectance, expected);
-        assert_eq!(scene.files.contains(&files.path("my picture.png")), mtl.contains("my picture"));
+        // What cannot be read is not written over either.
+        for name in ["my picture.png", "my picture.png.txt"] {
+            let is_named =
+                mtl.trim_end().lines().any(|line| line.ends_with(name) || line.contains(&format!("{name} ")));
+            assert_eq!(scene.files.contains(&files.path(name)), is_named, "{mtl}");
+        }
         if mtl.contains("none.png") {
             assert_warned(&scene, &["1 texture(s) missing", "'none.png' (file not found)"]);
         }

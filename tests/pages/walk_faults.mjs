@@ -27,5 +27,6 @@ export const WALK_FAULTS = [
   { name: "one camera", plant: swap("lens = settings.cameras[index];", "index = 0; lens = settings.cameras[0];"), complaint: "second: differs" },
   { name: "out of reach of the keyboard", plant: swap("<select id=\"camera\"", "<select tabindex=\"-1\" id=\"camera\""), complaint: "not reached by keyboard: camera" },
   { name: "too wide for a phone", plant: swap("</style>", "#panel[open]{min-width:450px}</style>"), complaint: "out of the screen", isOfLayout: true },
+  { name: "too low for a phone held sideways", plant: swap(" || innerHeight <= 480", ""), complaint: "held sideways", isOfLayout: true },
   { name: "pale letters", plant: swap("</style>", "#panel p{color:#bbb !important}</style>"), complaint: "letters with a contrast", isOfLayout: true },
 ];

@@ -173,7 +173,11 @@ async function laidOut(browser, folder, name, file, view) {
   const shot = `${name}-${view.width}-${view.scheme}`;
   const isPhone = view.width === PHONE.width;
   if (isPhone) {
-    if (await page.$eval("#panel", panel => panel.open)) complaints.push("controls cover the scene of a phone at first");
+    const turned = await opened(browser, file, { width: PHONE.height, height: PHONE.width });
+    for (const [held, seen] of [["upright", page], ["sideways", turned.page]]) {
+      if (await seen.$eval("#panel", panel => panel.open)) complaints.push(`controls cover the scene of a phone held ${held} at first`);
+    }
+    await turned.page.close();
     const start = await picture(page);
     const moved = async what => {
       if (Buffer.compare(start, await picture(page)) === 0) complaints.push(`phone, ${what}: the picture stays as it is`);

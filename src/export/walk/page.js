@@ -183,7 +183,8 @@ async function show() {
   addEventListener("resize", ask);
   canvas.addEventListener("webglcontextlost", () => tell("The graphics card has lost the picture; load the page again."));
 
-  if (innerWidth <= 640) found("panel").open = false;
+  // On a phone, however it is held, they would cover the scene.
+  if (innerWidth <= 640 || innerHeight <= 480) found("panel").open = false;
   found("counts").textContent = `${counts.triangles} triangles with ${counts.vertices} corners`;
   found("release").textContent = `, release ${three.REVISION}`;
   goTo(0);

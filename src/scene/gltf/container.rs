@@ -188,7 +188,10 @@ fn check(root: &Root) -> Result<(), String> {
         // Positions are read without their bounds, which many programs leave out.
         let is_bound = path.as_str().ends_with(".min") || path.as_str().ends_with(".max");
         let is_bound = is_bound || path.as_str().contains("\"POSITION\"]");
-        if first.is_none() && !(is_bound && matches!(fault, Fault::Missing | Fault::Invalid)) {
+        // An accessor without data is one of zeros.
+        let is_zeros = path.as_str().ends_with(".bufferView") && matches!(fault, Fault::Missing);
+        let is_bound = is_bound && matches!(fault, Fault::Missing | Fault::Invalid);
+        if first.is_none() && !is_bound && !is_zeros {
             first = Some((path, fault));
         }
     });

@@ -35,7 +35,7 @@ impl Draft {
         let placed = nodes::placed(path, &root)?;
         progress.start("load", placed.len() as u64);
         let first = self.positions.len();
-        let mut meshes = Meshes::new(path, &root, &buffers);
+        let mut meshes = Meshes::new(path, &root, &buffers, self.picture_room);
         for Placed { node, world } in &placed {
             if let Some(mesh) = root.nodes[*node].mesh {
                 meshes.add(self, mesh.value(), *world)?;
@@ -43,10 +43,15 @@ impl Draft {
             progress.advance(1);
         }
         self.files.append(&mut meshes.pictures.files);
+        self.picture_room = meshes.pictures.room;
         let file = path.display().to_string();
         self.counts.skipped_faces += meshes.skipped;
         if meshes.skipped > 0 {
             self.warnings.push(format!("{file}: {} point(s) or line(s) skipped", meshes.skipped));
+        }
+        if meshes.without_positions > 0 {
+            let count = meshes.without_positions;
+            self.warnings.push(format!("{file}: {count} primitive(s) without positions skipped"));
         }
         meshes.materials.warn(path, &mut self.warnings);
         self.remark_gltf(&file, &root, &placed);

@@ -29,28 +29,35 @@ pub(super) fn placed(path: &Path, root: &Root) -> Result<Vec<Placed>, SceneError
         Some(scene) => scene.nodes.iter().map(|node| node.value()).collect(),
         None => orphans(root),
     };
+    let fault = |index: usize, what: &str| {
+        let name = quoted(root.nodes[index].name.as_deref().unwrap_or_default());
+        SceneError::parse(path, None, format!("node {index} {name}: {what}; export it again"))
+    };
+    // Each is checked before it waits: a list that names one node many times takes no memory.
     let mut is_reached = vec![false; root.nodes.len()];
-    let mut waiting: Vec<Placed> =
-        tops.iter().rev().map(|&node| Placed { node, world: DMat4::IDENTITY }).collect();
+    let mut reach = |node: usize| match std::mem::replace(&mut is_reached[node], true) {
+        true => Err(fault(node, "has two parents or is its own ancestor")),
+        false => Ok(()),
+    };
+    let mut waiting = Vec::new();
+    for &node in tops.iter().rev() {
+        reach(node)?;
+        waiting.push(Placed { node, world: DMat4::IDENTITY });
+    }
     let mut placed = Vec::new();
     while let Some(Placed { node: index, world: parent }) = waiting.pop() {
         let node = &root.nodes[index];
-        let fault = |what: &str| {
-            let name = quoted(node.name.as_deref().unwrap_or_default());
-            Err(SceneError::parse(path, None, format!("node {index} {name}: {what}; export it again")))
-        };
-        if std::mem::replace(&mut is_reached[index], true) {
-            return fault("has two parents or is its own ancestor");
-        }
         let world = match local(node) {
             Some(local) => parent * local,
-            None => return fault("its rotation is zero"),
+            None => return Err(fault(index, "its rotation is zero")),
         };
         if !world.is_finite() {
-            return fault("its transformation is not finite or too large");
+            return Err(fault(index, "its transformation is not finite or too large"));
         }
-        let children = node.children.iter().flatten().rev();
-        waiting.extend(children.map(|child| Placed { node: child.value(), world }));
+        for child in node.children.iter().flatten().rev() {
+            reach(child.value())?;
+            waiting.push(Placed { node: child.value(), world });
+        }
         placed.push(Placed { node: index, world });
     }
     Ok(placed)

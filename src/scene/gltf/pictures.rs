@@ -11,7 +11,7 @@ use gltf_json::validation::Checked;
 use gltf_json::{Index, Root};
 
 use super::super::lines::{MOST_PICTURE_BYTES, read_whole};
-use super::super::texture::{MOST_PIXELS_OF_ALL, Picture, Texture, Wrap};
+use super::super::texture::{Picture, Texture, Wrap};
 use super::accessor::Values;
 use super::buffers::{Buffers, decoded, file_of, is_data};
 
@@ -21,7 +21,8 @@ pub(super) struct Pictures<'a> {
     root: &'a Root,
     buffers: &'a Buffers,
     of_image: Vec<Option<Result<Arc<Texture>, String>>>,
-    room: u64,
+    /// Pixels that they may still have.
+    pub(super) room: u64,
     /// Files beside the scene.
     pub(super) files: Vec<PathBuf>,
 }
@@ -39,9 +40,15 @@ pub(super) struct Layer {
 }
 
 impl<'a> Pictures<'a> {
-    pub(super) fn new(path: &'a std::path::Path, root: &'a Root, buffers: &'a Buffers) -> Pictures<'a> {
+    /// `room` is how many pixels all of them may have.
+    pub(super) fn new(
+        path: &'a std::path::Path,
+        root: &'a Root,
+        buffers: &'a Buffers,
+        room: u64,
+    ) -> Pictures<'a> {
         let of_image = root.images.iter().map(|_| None).collect();
-        Pictures { path, root, buffers, of_image, room: MOST_PIXELS_OF_ALL, files: Vec::new() }
+        Pictures { path, root, buffers, of_image, room, files: Vec::new() }
     }
 
     /// A texture of a material.

@@ -34,6 +34,8 @@ pub(super) struct Meshes<'a> {
     painter: Painter,
     /// Points and lines.
     pub(super) skipped: u64,
+    /// Primitives without positions, which the format lets readers skip.
+    pub(super) without_positions: u64,
     triangles: u64,
 }
 
@@ -41,17 +43,19 @@ pub(super) struct Meshes<'a> {
 type Corners = Vec<u32>;
 
 impl<'a> Meshes<'a> {
-    pub(super) fn new(path: &'a Path, root: &'a Root, buffers: &'a Buffers) -> Self {
+    /// `room` is that of [`Pictures::new`].
+    pub(super) fn new(path: &'a Path, root: &'a Root, buffers: &'a Buffers, room: u64) -> Self {
         let materials = Materials::new(root);
         Meshes {
             path,
             root,
             buffers,
             materials,
-            pictures: Pictures::new(path, root, buffers),
+            pictures: Pictures::new(path, root, buffers, room),
             tints: Tints::default(),
             painter: Painter::default(),
             skipped: 0,
+            without_positions: 0,
             triangles: 0,
         }
     }
@@ -81,7 +85,8 @@ impl<'a> Meshes<'a> {
         let malformed = |what: String| SceneError::parse(path, None, format!("{place}: {what}"));
         let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
         let Some(positions) = attribute(Semantic::Positions) else {
-            return Err(malformed("has no positions; export it again".to_owned()));
+            self.without_positions += 1;
+            return Ok(());
         };
         let positions = self.values(positions).map_err(malformed)?;
         if positions.width != 3 {
