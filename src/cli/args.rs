@@ -64,7 +64,7 @@ pub(super) enum Verb {
     Check(Box<CheckArgs>),
     /// Do the same work on Embree and on the pure-Rust tracer and say whether and where they differ
     ///
-    /// The answer is in words and tables; the exit code is 9 when a ray is wrong or the light differs.
+    /// The answer is in words and tables; the exit code is 9 when a ray is wrong, or links or light differ though no ray does.
     #[command(after_help = exit_codes_help())]
     Compare(Box<CompareArgs>),
     /// Say which Embree is used, where it is and whether it works

@@ -94,7 +94,7 @@ pub struct CompareReport {
     pub tracers: [String; 2],
     /// Worker threads.
     pub threads: usize,
-    /// Whether no ray was wrong, the light is the same, and rays explain what links differ.
+    /// Whether no ray was wrong, and rays explain what of links and light differs.
     pub agree: bool,
     /// Whether links differ though no ray was answered differently.
     pub unexplained_links: bool,

@@ -48,6 +48,16 @@ fn help_has_the_exit_codes() {
     }
 }
 
+/// A script believes the code, and whoever reads only the help must not expect it of light that rounding moved.
+#[test]
+fn help_and_readme_agree_on_when_tracers_disagree() {
+    let rule = "code is 9 when a ray is wrong, or links or light differ though no ray does";
+    let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let help = words(&Folder::new().run(&["compare", "--help"]).stdout);
+    assert!(help.contains(rule), "{help}");
+    assert!(words(include_str!("../../README.md")).contains(rule));
+}
+
 #[test]
 fn version_is_the_packages() {
     let run = Folder::new().run(&["--version"]);
