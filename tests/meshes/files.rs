@@ -1,6 +1,7 @@
 //! Small files of all kinds, and the scenes that they become.
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use glam::DVec3;
 use lightshaft::progress::Silent;
@@ -22,6 +23,17 @@ impl Files {
 
     pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
+    }
+
+    /// Runs the program in the folder, to the end.
+    pub(crate) fn run(&self, arguments: &[&str]) {
+        let output = Command::new(env!("CARGO_BIN_EXE_lightshaft"))
+            .args(arguments)
+            .args(["-q", "--tracer", "fallback"])
+            .current_dir(self.0.path())
+            .output()
+            .expect("a run");
+        assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
     }
 
     /// Whether something emits or not.

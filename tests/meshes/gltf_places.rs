@@ -1,7 +1,5 @@
 //! Where the nodes of glTF put meshes and cameras.
 
-use std::process::Command;
-
 use glam::{DMat4, DQuat, DVec3};
 use lightshaft::scene::SceneErrorKind;
 use serde_json::{Value, json};
@@ -124,22 +122,24 @@ fn nodes_put_meshes_where_other_means_put_them() {
 #[test]
 fn a_solution_of_the_one_fits_the_other() {
     let files = Files::new(&[("a.glb", &cubes()), ("b.obj", cubes_as_obj().as_bytes()), ("a.mtl", MTL)]);
-    let run = |arguments: &[&str]| {
-        let output = Command::new(env!("CARGO_BIN_EXE_lightshaft"))
-            .args(arguments)
-            .args(["-q", "--tracer", "fallback"])
-            .current_dir(files.path(""))
-            .output()
-            .expect("a run");
-        assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    };
-    run(&["solve", "a.glb", "-o", "a.lsol", "--quality", "draft"]);
-    run(&["solve", "b.obj", "-o", "b.lsol", "--quality", "draft"]);
+    files.run(&["solve", "a.glb", "-o", "a.lsol", "--quality", "draft"]);
+    files.run(&["solve", "b.obj", "-o", "b.lsol", "--quality", "draft"]);
     // It has fingerprints of triangles, materials and tree: a file of another scene is refused.
     for (scene, solution, picture) in
         [("b.obj", "a.lsol", "ab.exr"), ("a.glb", "b.lsol", "ba.exr"), ("b.obj", "b.lsol", "bb.exr")]
     {
-        run(&["render", scene, "--solution", solution, "-o", picture, "--width", "40", "--height", "30"]);
+        files.run(&[
+            "render",
+            scene,
+            "--solution",
+            solution,
+            "-o",
+            picture,
+            "--width",
+            "40",
+            "--height",
+            "30",
+        ]);
     }
     let bytes = |name: &str| std::fs::read(files.path(name)).expect("a picture");
     assert!(bytes("ab.exr") == bytes("bb.exr") && bytes("ba.exr") == bytes("bb.exr"), "the light differs");

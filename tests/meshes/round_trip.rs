@@ -1,7 +1,5 @@
 //! What we export is read again: the scene is the same.
 
-use std::process::Command;
-
 use glam::DVec3;
 
 use crate::files::{Files, area, load_dark};
@@ -23,17 +21,8 @@ fn written(files: &Files, name: &str) -> usize {
 fn an_exported_box_is_the_box() {
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell-box/scene.toml");
     let files = Files::new(&[("none", b"")]);
-    let run = |arguments: &[&str]| {
-        let output = Command::new(env!("CARGO_BIN_EXE_lightshaft"))
-            .args(arguments)
-            .args(["-q", "--tracer", "fallback"])
-            .current_dir(files.path(""))
-            .output()
-            .expect("a run");
-        assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    };
-    run(&["solve", scene, "-o", "box.lsol", "--quality", "draft", "--one-sided"]);
-    run(&["export", "box.lsol", "--glb", "box.glb", "--ply", "box.ply", "--scene", scene]);
+    files.run(&["solve", scene, "-o", "box.lsol", "--quality", "draft", "--one-sided"]);
+    files.run(&["export", "box.lsol", "--glb", "box.glb", "--ply", "box.ply", "--scene", scene]);
     let original = load_dark(scene.as_ref()).expect("the box");
     let meters = original.meters_per_unit;
     for name in ["box.glb", "box.ply"] {
