@@ -3,9 +3,13 @@
 use crate::tracer::{Segment, TraceMesh};
 use glam::DVec3;
 
-/// Whether a facet is seen edge-on along a line, but for `rounding`, a local length: the line passes no further
-/// from the lines through all three edges of one of its triangles, as seen along it. Then all that tells on which side of
-/// them it passes has been rounded away.
+/// Whether rounding may decide on which side of the edges of a facet a line passes that sees it nearly edge-on.
+/// `rounding` is a local length.
+///
+/// A tracer tells the sides by the moment of the line about each edge: how far the line is from that of the edge, times
+/// the sine of their angle. Rounding changes it by as much as it moves a point, so that for a line along an
+/// edge it is worth a greater distance. True where some triangle would be met with no moment changed by more,
+/// and not be met with one on the outline changed by as much.
 pub(super) fn is_edge_on(
     mesh: &TraceMesh,
     facet: u32,
@@ -14,13 +18,23 @@ pub(super) fn is_edge_on(
     rounding: f64,
 ) -> bool {
     let direction = direction.normalize_or_zero();
-    mesh.triangles_of(facet).iter().any(|t| {
-        let corners = t.map(|v| mesh.positions[v as usize].as_dvec3());
-        (0..3).all(|i| {
-            let edge = corners[(i + 1) % 3] - corners[i];
-            edge.cross(direction).dot(corners[i] - origin).abs() <= rounding * edge.length()
-        })
+    let at = |v: u32| mesh.positions[v as usize].as_dvec3();
+    let triangles = mesh.triangles_of(facet);
+    triangles.iter().any(|&[a, b, c]| {
+        let edges = [(a, b), (b, c), (c, a)];
+        let moments = edges.map(|(from, to)| {
+            let edge = (at(to) - at(from)).normalize_or_zero();
+            edge.cross(direction).dot(at(from) - origin)
+        });
+        let may_meet = moments.iter().all(|&m| m >= -rounding) || moments.iter().all(|&m| m <= rounding);
+        let may_pass = (0..3).any(|i| moments[i].abs() <= rounding && is_on_outline(triangles, edges[i]));
+        may_meet && may_pass
     })
+}
+
+/// Whether no other triangle of a facet goes along an edge the other way.
+fn is_on_outline(triangles: &[[u32; 3]], (a, b): (u32, u32)) -> bool {
+    !triangles.iter().any(|&[u, v, w]| [(u, v), (v, w), (w, u)].contains(&(b, a)))
 }
 
 /// How far a segment is from where the answer for one facet changes: from the outline of the facet, and its
@@ -37,7 +51,7 @@ pub(super) fn distance_between(mesh: &TraceMesh, facet: u32, ends: [DVec3; 2]) -
     let from_ends =
         ends.into_iter().flat_map(|end| triangles.iter().map(move |t| to_triangle(end, t.map(at))));
     let edges = || triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
-    let outline = edges().filter(|&(a, b)| !edges().any(|(c, d)| (c, d) == (b, a)));
+    let outline = edges().filter(|&edge| is_on_outline(triangles, edge));
     let from_outline = outline.map(|(a, b)| between_segments(ends, [at(a), at(b)]));
     from_outline.chain(from_ends).fold(f64::INFINITY, f64::min)
 }

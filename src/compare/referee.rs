@@ -15,8 +15,8 @@ pub enum Standing {
     Right,
     /// The referee says otherwise, but the segment is within the tolerance of the edge or the end that decides.
     Tolerance,
-    /// The referee says otherwise, and the facet is seen edge-on: the ray passes within the tolerance of the lines
-    /// through all its edges, such as one in its plane, and on which side of them has been rounded away.
+    /// The referee says otherwise, and the facet is seen nearly edge-on: the ray goes along an edge, or in the plane
+    /// of the facet, and on which side it passes has been rounded away.
     #[serde(rename = "edge-on")]
     EdgeOn,
     /// The referee says otherwise, and rounding does not explain it.
@@ -316,6 +316,26 @@ mod tests {
         assert_eq!(standing(5e-3, 0.0), Standing::EdgeOn);
         assert_eq!(standing(5e-3, 1e-5), Standing::Wrong, "it passes above");
         assert_eq!(standing(0.5, 0.0), Standing::Wrong, "the short side is seen too");
+    }
+
+    /// A long triangle met at an angle of 2e-4: nearly along its long side, 3e-6 from it, inside.
+    #[test]
+    fn along_an_edge_rounding_is_worth_more_than_the_distance() {
+        let mut mesh = squares();
+        mesh.positions.extend([(-0.9, 0.0), (0.9, 0.0), (0.0, 0.4)].map(|(x, y)| Vec3::new(x, y, 0.5)));
+        mesh.triangles.push([8, 9, 10]);
+        mesh.facet_of_triangle.push(2);
+        mesh.first_triangle.push(5);
+        let standing = |turn: f32, slope: f32, inside: f32| {
+            let (middle, along) = (Vec3::new(0.0, inside, 0.5), Vec3::new(1.0, turn, slope));
+            let segment = Segment { from: middle - along, to: middle + along, skip: [NO_FACET; 2] };
+            assert!(BruteTracer::new(&mesh).is_blocked_by(&segment, 2));
+            Referee::new(&mesh).rule(&segment, [NO_FACET, 2], Candidates::All, TOLERANCE)[0].standing
+        };
+        assert_eq!(standing(0.0, 2e-4, 4e-3), Standing::EdgeOn);
+        assert_eq!(standing(0.5, 2e-4, 4e-3), Standing::Tolerance, "across the edge it is as near as that");
+        assert_eq!(standing(0.0, 2e-3, 4e-3), Standing::Wrong);
+        assert_eq!(standing(0.5, 2e-2, 4e-3), Standing::Wrong);
     }
 
     #[test]

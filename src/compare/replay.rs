@@ -25,7 +25,7 @@ const VERSION: u32 = 2;
 const MOST_BYTES: u64 = 16 << 20;
 
 /// How long segments and directions may be, local units: what is outside rounds to nothing, or to no number.
-const LENGTHS: RangeInclusive<f64> = 1e-12..=1e9;
+const LENGTHS: RangeInclusive<f32> = 1e-12..=1e9;
 
 /// A ray of a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -302,8 +302,8 @@ fn parse(line: &str, mesh: &TraceMesh) -> Result<Replayed, String> {
     let [a, b, c, d, e, f] = coordinates;
     let points = [Vec3::new(a, b, c), Vec3::new(d, e, f)];
     let [from, to] = points.map(Vec3::as_dvec3);
-    let way = if *what == "ray" { to } else { to - from }.length();
-    if !LENGTHS.contains(&way) || from.length() > *LENGTHS.end() {
+    let way = if *what == "ray" { to } else { to - from }.length() as f32;
+    if !LENGTHS.contains(&way) || from.length() as f32 > *LENGTHS.end() {
         return Err(format!(
             "from {:.1e} away it goes {way:.1e} far; rays begin at most {:.0e} away and go {:.0e} to {:.0e} far, where 1 is half the \
              size of the scene",

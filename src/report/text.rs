@@ -6,7 +6,9 @@ use std::fmt::Write;
 /// Names come from files and from what was typed: what they hold of control characters would work on a terminal and make a
 /// plot unreadable, so each but line ends and tabs becomes the character that stands for what cannot be shown.
 pub(crate) fn printable(text: &str) -> Cow<'_, str> {
-    let is_hidden = |c: char| c.is_control() && !matches!(c, '\n' | '\t');
+    // What changes the direction of writing or takes no room would let a name look like another.
+    let is_format = |c: char| matches!(c, '\u{61c}' | '\u{200b}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}');
+    let is_hidden = |c: char| is_format(c) || c.is_control() && !matches!(c, '\n' | '\t');
     if !text.contains(is_hidden) {
         return text.into();
     }
@@ -54,6 +56,7 @@ mod tests {
     #[test]
     fn control_characters_are_not_printed() {
         assert_eq!(printable("red \u{1b}[31m\ttext\r\n\u{9b}"), "red \u{fffd}[31m\ttext\u{fffd}\n\u{fffd}");
+        assert_eq!(printable("lamp\u{202e}jbo"), "lamp\u{fffd}jbo");
         assert!(matches!(printable("Stühle\n"), Cow::Borrowed(_)));
     }
 
