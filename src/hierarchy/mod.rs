@@ -2,6 +2,7 @@
 //! are gathered into clusters, and both are numbered in depth-first order, so that **every node is
 //! one interval of facet ids**. Below the facets hang the trees of elements. \[GH96\]
 
+mod cells;
 mod contacts;
 mod elements;
 mod facets;
@@ -13,6 +14,7 @@ mod rooms;
 mod surfaces;
 mod tree;
 
+pub use cells::Cell;
 pub(crate) use contacts::within;
 pub use contacts::{Contact, Contacts};
 pub use elements::{ElementTree, Side};
@@ -44,6 +46,8 @@ pub struct Hierarchy {
     corners: Vec<u32>,
     /// Nodes in depth-first order; the root is node 0.
     pub nodes: Vec<Node>,
+    /// Rooms and the walls around them, ascending by node.
+    cells: Vec<Cell>,
     /// Materials of the scene.
     pub materials: Vec<Material>,
     /// How many facets lay partly or wholly in others, and were cut to what those leave or dropped.
@@ -76,11 +80,12 @@ impl Hierarchy {
             materials: &scene.materials,
             one_sided,
         };
-        let (mut nodes, mut order) = tree::build(&surfaces);
-        let covered_facets = surfaces.part_overlaps(&nodes, &order, progress);
+        let mut tree = tree::build(&surfaces);
+        let covered_facets = surfaces.part_overlaps(&tree.nodes, &tree.order, progress);
         if covered_facets > 0 {
-            (nodes, order) = tree::build(&surfaces);
+            tree = tree::build(&surfaces);
         }
+        let tree::Tree { nodes, order, cells } = tree;
         let surfaces::Surfaces { facets: merged, positions, triangles, .. } = surfaces;
 
         let mut mesh = TraceMesh { positions, first_triangle: vec![0], ..TraceMesh::default() };
@@ -111,6 +116,7 @@ impl Hierarchy {
             facets: sorted,
             corners,
             nodes,
+            cells,
             materials: scene.materials.clone(),
             covered_facets,
             contacts: Contacts::default(),

@@ -54,21 +54,51 @@ impl<'a> Rooms<'a> {
         Rooms { surfaces, boxes, planes, areas }
     }
 
-    /// Both parts of these facets, in front of and behind the best wall among them; `None` if there is no wall.
-    pub(super) fn part(&self, facets: &[u32]) -> Option<[Vec<u32>; 2]> {
+    /// The best wall among these facets, and both parts of them, in front of it and behind; `None` if there is no wall.
+    pub(super) fn part(&self, facets: &[u32]) -> Option<(Plane, [Vec<u32>; 2])> {
         if facets.len() < LEAST_FACETS {
             return None;
         }
-        let bounds = facets.iter().fold(Aabb::EMPTY, |all, &facet| all.union(self.boxes[facet as usize]));
+        let bounds = self.bounds(facets);
         let walls = self.walls(facets);
         let worths: Vec<f64> = walls.par_iter().map(|wall| self.worth(wall, facets, &bounds)).collect();
         let (best, worth) = worths.iter().enumerate().rev().max_by(|a, b| a.1.total_cmp(b.1))?;
         if *worth <= 0.0 {
             return None;
         }
-        let wall = &walls[best].plane;
-        let (front, back) = facets.iter().partition(|&&facet| self.is_in_front(facet, wall));
-        Some([front, back])
+        let wall = walls[best].plane;
+        let (front, back) = facets.iter().partition(|&&facet| self.is_in_front(facet, &wall));
+        Some((wall, [front, back]))
+    }
+
+    /// The walls around a room, given its facets and the planes by which it was parted from others: in place of each
+    /// plane the wall among the facets that faces it best, and the plane itself where there is none. The front of each is
+    /// outside; there is one for each direction.
+    pub(super) fn enclosure(&self, facets: &[u32], around: &[Plane]) -> Vec<Plane> {
+        let mut enclosure: Vec<Plane> = Vec::new();
+        let (bounds, walls) = (self.bounds(facets), self.walls(facets));
+        // The last plane of a direction is the nearest.
+        for plane in around.iter().rev() {
+            if enclosure.iter().any(|wall| wall.normal.dot(plane.normal) > 1.0 - STEP * STEP) {
+                continue;
+            }
+            let own = walls.iter().find(|wall| {
+                let along = wall.plane.normal.dot(plane.normal);
+                along.abs() > 1.0 - STEP * STEP
+                    && wall.plane.distance(bounds.center()) * along < 0.0
+                    && self.filled(wall, facets, &bounds) >= FILLED
+            });
+            let facing = |wall: &Wall| match wall.plane.normal.dot(plane.normal) > 0.0 {
+                true => wall.plane,
+                false => wall.plane.flipped(),
+            };
+            enclosure.push(own.map_or(*plane, facing));
+        }
+        enclosure
+    }
+
+    fn bounds(&self, facets: &[u32]) -> Aabb {
+        facets.iter().fold(Aabb::EMPTY, |all, &facet| all.union(self.boxes[facet as usize]))
     }
 
     /// The planes that hold the largest area, the largest first.
@@ -104,8 +134,7 @@ impl<'a> Rooms<'a> {
     /// How well a wall parts facets, 0 to 1/2: better the more of its section it fills, the more alike both sides are,
     /// and the less reaches through it. 0 if it is none.
     fn worth(&self, wall: &Wall, facets: &[u32], bounds: &Aabb) -> f64 {
-        let section = section(bounds, &wall.plane).min(self.extent(wall, facets));
-        let filled = (wall.area / section.max(f64::MIN_POSITIVE)).min(1.0);
+        let filled = self.filled(wall, facets, bounds);
         if filled < FILLED {
             return 0.0;
         }
@@ -122,6 +151,12 @@ impl<'a> Rooms<'a> {
             return 0.0;
         }
         filled * side / all * (1.0 - through / all)
+    }
+
+    /// The share of the section through these facets that a wall among them fills.
+    fn filled(&self, wall: &Wall, facets: &[u32], bounds: &Aabb) -> f64 {
+        let section = section(bounds, &wall.plane).min(self.extent(wall, facets));
+        (wall.area / section.max(f64::MIN_POSITIVE)).min(1.0)
     }
 
     /// Area of the rectangle around all facets seen along the normal of a wall, which stands as the wall does: in a

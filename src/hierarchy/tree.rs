@@ -1,6 +1,7 @@
 //! The tree above the facets, in depth-first order.
 
 use super::TOLERANCE;
+use super::cells::Cell;
 use super::rooms::Rooms;
 use super::surfaces::Surfaces;
 use crate::math::{Aabb, Plane};
@@ -69,13 +70,13 @@ impl obvhs::Boundable for Bounded {
     }
 }
 
-/// Builds the tree above facets (one at least): rooms at the top, neighbours gathered within each. Returns the nodes in
-/// depth-first order and, for each new id of a facet, the old one.
-pub(super) fn build(surfaces: &Surfaces<'_>) -> (Vec<Node>, Vec<u32>) {
+/// Builds the tree above facets (one at least): rooms at the top, neighbours gathered within each.
+pub(super) fn build(surfaces: &Surfaces<'_>) -> Tree {
     let count = surfaces.facets.len();
-    let mut tree = Tree { nodes: Vec::with_capacity(2 * count), order: Vec::with_capacity(count) };
-    tree.part(&Rooms::of(surfaces), &(0..count as u32).collect::<Vec<_>>());
-    let Tree { mut nodes, order } = tree;
+    let mut tree =
+        Tree { nodes: Vec::with_capacity(2 * count), order: Vec::with_capacity(count), cells: Vec::new() };
+    tree.part(&Rooms::of(surfaces), &(0..count as u32).collect::<Vec<_>>(), &mut Vec::new());
+    let nodes = &mut tree.nodes;
     for index in (0..nodes.len()).rev() {
         let node: Node = nodes[index];
         if !node.is_leaf() {
@@ -84,27 +85,36 @@ pub(super) fn build(surfaces: &Surfaces<'_>) -> (Vec<Node>, Vec<u32>) {
             nodes[index].end = b.end;
         }
     }
-    (nodes, order)
+    tree
 }
 
 /// The tree as it grows; boxes and ends of clusters are still open.
-struct Tree {
-    nodes: Vec<Node>,
-    order: Vec<u32>,
+pub(super) struct Tree {
+    /// In depth-first order.
+    pub(super) nodes: Vec<Node>,
+    /// For each new id of a facet, the old one.
+    pub(super) order: Vec<u32>,
+    /// Ascending by node.
+    pub(super) cells: Vec<Cell>,
 }
 
 impl Tree {
-    /// Adds rooms, and what is in them.
-    fn part(&mut self, rooms: &Rooms<'_>, facets: &[u32]) {
-        match rooms.part(facets) {
-            Some([front, back]) => {
-                let cluster = self.push(Aabb::EMPTY);
-                self.part(rooms, &front);
-                self.nodes[cluster].second = self.nodes.len() as u32;
-                self.part(rooms, &back);
+    /// Adds rooms, and what is in them. In front of the planes `around` are others.
+    fn part(&mut self, rooms: &Rooms<'_>, facets: &[u32], around: &mut Vec<Plane>) {
+        let Some((wall, [front, back])) = rooms.part(facets) else {
+            let walls = rooms.enclosure(facets, around);
+            if !walls.is_empty() {
+                self.cells.push(Cell { node: self.nodes.len() as u32, walls });
             }
-            None => self.gather(rooms, facets),
-        }
+            return self.gather(rooms, facets);
+        };
+        let cluster = self.push(Aabb::EMPTY);
+        around.push(wall.flipped());
+        self.part(rooms, &front, around);
+        self.nodes[cluster].second = self.nodes.len() as u32;
+        *around.last_mut().expect("pushed above") = wall;
+        self.part(rooms, &back, around);
+        around.pop();
     }
 
     /// Adds a tree of neighbours.

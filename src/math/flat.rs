@@ -25,6 +25,18 @@ impl Axes {
         Axes { origin: v[0], axes: [along, plane.normal.cross(along)] }
     }
 
+    /// Any two axes in a plane.
+    pub fn of(plane: &Plane) -> Axes {
+        let (along, across) = plane.normal.any_orthonormal_pair();
+        Axes { origin: plane.normal * plane.offset, axes: [along, across] }
+    }
+
+    /// How another plane shows in this one: its distance from the point at `p` is `a · p + b` with the `(a, b)`
+    /// returned.
+    pub fn trace(&self, other: &Plane) -> (DVec2, f64) {
+        (DVec2::from(self.axes.map(|axis| other.normal.dot(axis))), other.distance(self.origin))
+    }
+
     /// Coordinates of a point.
     pub fn flat(&self, point: DVec3) -> DVec2 {
         let from_origin = point - self.origin;

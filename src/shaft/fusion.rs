@@ -23,21 +23,41 @@ const MOST_PIECES: usize = 32;
 /// corner of the source.
 pub fn blocks_together(hierarchy: &Hierarchy, facet: u32, receiver: &[DVec3], source: &[DVec3]) -> bool {
     let plane = &hierarchy.facets[facet as usize].plane;
-    let outline = hierarchy.polygon(facet);
-    let axes = Axes::along(&outline, plane);
-    let Some(hull) = hull_of_crossings(plane, &axes, receiver, source) else { return false };
-    let bounds = Aabb::around(hull.corners().iter().map(|&corner| axes.point(corner).as_vec3()));
+    let axes = Axes::along(&hierarchy.polygon(facet), plane);
+    let mut hull = Octagon::EMPTY;
+    let is_crossed = all_crossings(plane, receiver, source, |crossing| {
+        hull.add(axes.flat(crossing));
+        true
+    });
+    let hull = if is_crossed { hull.polygon() } else { None };
+    let gaps = hull.and_then(|hull| gaps_in(hierarchy, plane, &axes, hull, Some(facet)));
+    gaps.is_some_and(|gaps| gaps.is_empty())
+}
+
+/// What no facet in a plane covers of a polygon in it; `None` where that takes too long to tell. `first` is a facet to begin
+/// with.
+pub(super) fn gaps_in(
+    hierarchy: &Hierarchy,
+    plane: &Plane,
+    axes: &Axes,
+    polygon: FlatPolygon,
+    first: Option<u32>,
+) -> Option<Vec<FlatPolygon>> {
+    let bounds = Aabb::around(polygon.corners().iter().map(|&corner| axes.point(corner).as_vec3()));
     let least_radius = LEAST_RADIUS * bounds.radius();
-    let mut gaps = FlatRegion::new(hull, TOLERANCE);
-    if outline.bounds().radius() >= least_radius && !gaps.remove(&axes.outline(&outline)) {
-        return true;
+    let mut gaps = FlatRegion::new(polygon, TOLERANCE);
+    if let Some(outline) = first.map(|facet| hierarchy.polygon(facet))
+        && outline.bounds().radius() >= least_radius
+        && !gaps.remove(&axes.outline(&outline))
+    {
+        return Some(gaps.pieces);
     }
     let mut stack = vec![0u32];
     let mut looked_at = 0;
     while let Some(index) = stack.pop() {
         looked_at += 1;
         if looked_at > MOST_NODES || gaps.pieces.len() > MOST_PIECES {
-            return false;
+            return None;
         }
         let node = &hierarchy.nodes[index as usize];
         if node.bounds.radius() < least_radius || !node.touches(bounds, plane) {
@@ -45,51 +65,59 @@ pub fn blocks_together(hierarchy: &Hierarchy, facet: u32, receiver: &[DVec3], so
         }
         match node.kind(index) {
             NodeKind::Cluster(children) => stack.extend(children),
-            NodeKind::Leaf(other) if other != facet => {
+            NodeKind::Leaf(other) if Some(other) != first => {
                 let polygon = hierarchy.polygon(other);
                 let is_flat = polygon.vertices().iter().all(|&v| plane.distance(v).abs() <= 0.5 * TOLERANCE);
                 if is_flat && !gaps.remove(&axes.outline(&polygon)) {
-                    return true;
+                    break;
                 }
             }
             NodeKind::Leaf(_) => {}
         }
     }
-    false
+    Some(gaps.pieces)
 }
 
-/// Where segments cross the plane between two nodes: a piece around all of it, or `None` when some segment does
-/// not.
-fn hull_of_crossings(
-    plane: &Plane,
-    axes: &Axes,
-    receiver: &[DVec3],
-    source: &[DVec3],
-) -> Option<FlatPolygon> {
-    // The octagon around all crossings, along the axes and between them: no smaller than their hull.
-    let directions = [DVec2::X, DVec2::Y, DVec2::new(1.0, 1.0), DVec2::new(1.0, -1.0)];
-    let mut ranges = [[f64::MAX, f64::MIN]; 4];
-    let is_crossed = all_crossings(plane, receiver, source, |crossing| {
-        let crossing = axes.flat(crossing);
-        for ([low, high], direction) in ranges.iter_mut().zip(directions) {
-            let at = direction.dot(crossing);
+/// The octagon around points in a plane, along the axes and between them: no smaller than their hull.
+pub(super) struct Octagon {
+    ranges: [[f64; 2]; 4],
+}
+
+impl Octagon {
+    /// Around nothing.
+    pub(super) const EMPTY: Octagon = Octagon { ranges: [[f64::MAX, f64::MIN]; 4] };
+
+    const DIRECTIONS: [DVec2; 4] = [DVec2::X, DVec2::Y, DVec2::new(1.0, 1.0), DVec2::new(1.0, -1.0)];
+
+    /// Takes in a point.
+    pub(super) fn add(&mut self, point: DVec2) {
+        for ([low, high], direction) in self.ranges.iter_mut().zip(Octagon::DIRECTIONS) {
+            let at = direction.dot(point);
             (*low, *high) = (low.min(at), high.max(at));
         }
-        true
-    });
-    if !is_crossed {
-        return None;
     }
-    // What is as narrow as rounding would pass for covered.
-    if ranges.iter().any(|[low, high]| high - low < 4.0 * TOLERANCE) {
-        return None;
+
+    /// Its outline; `None` where it is as narrow as rounding, which would pass for covered.
+    pub(super) fn polygon(&self) -> Option<FlatPolygon> {
+        let is_wide = self.ranges.iter().all(|[low, high]| high - low >= 4.0 * TOLERANCE);
+        is_wide.then(|| self.outline())
     }
-    let [[left, right], [bottom, top], ..] = ranges;
-    let corners = [(left, bottom), (right, bottom), (right, top), (left, top)].map(DVec2::from);
-    let mut hull = FlatPolygon::new(&corners);
-    for ([low, high], direction) in ranges.into_iter().zip(directions).skip(2) {
-        hull = hull.beyond(direction, low, TOLERANCE).unwrap_or(hull);
-        hull = hull.beyond(-direction, -high, TOLERANCE).unwrap_or(hull);
+
+    /// Its outline, made wider on all sides so that it never passes for covered.
+    pub(super) fn widened(&self) -> FlatPolygon {
+        let by = [1.0, 1.0, 2.0, 2.0].map(|times| times * 2.0 * TOLERANCE);
+        let ranges = std::array::from_fn(|i| [self.ranges[i][0] - by[i], self.ranges[i][1] + by[i]]);
+        Octagon { ranges }.outline()
     }
-    Some(hull)
+
+    fn outline(&self) -> FlatPolygon {
+        let [[left, right], [bottom, top], ..] = self.ranges;
+        let corners = [(left, bottom), (right, bottom), (right, top), (left, top)].map(DVec2::from);
+        let mut outline = FlatPolygon::new(&corners);
+        for ([low, high], direction) in self.ranges.into_iter().zip(Octagon::DIRECTIONS).skip(2) {
+            outline = outline.beyond(direction, low, TOLERANCE).unwrap_or(outline);
+            outline = outline.beyond(-direction, -high, TOLERANCE).unwrap_or(outline);
+        }
+        outline
+    }
 }

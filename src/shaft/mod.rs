@@ -4,6 +4,7 @@
 mod blocker;
 mod build;
 mod cull;
+mod enclosure;
 mod fusion;
 #[cfg(test)]
 mod planted;
@@ -12,5 +13,6 @@ mod search;
 pub use blocker::{blocks_all, has_facet_in};
 pub use build::{End, Shaft};
 pub use cull::{Culled, Placement, intervals_of};
+pub use enclosure::{Occupant, walls_hide};
 pub use fusion::blocks_together;
 pub use search::{MOST_FOUND, large_facets_on};

@@ -8,7 +8,8 @@ use super::{NodeEnd, Strategy, VisibilityOptions};
 use crate::hierarchy::{Hierarchy, Interval};
 use crate::math::Plane;
 use crate::shaft::{
-    MOST_FOUND, Shaft, blocks_all, blocks_together, has_facet_in, intervals_of, large_facets_on,
+    MOST_FOUND, Occupant, Shaft, blocks_all, blocks_together, has_facet_in, intervals_of, large_facets_on,
+    walls_hide,
 };
 use crate::tracer::{BruteTracer, Candidates, NO_FACET, Tracer};
 use glam::DVec3;
@@ -257,12 +258,16 @@ impl<'a> Tester<'a> {
         match verdict.class {
             Class::Invisible => {
                 let (found, count) = self.large_facets_between(worker, pair);
-                let [largest, ..] = found[..count] else { return (verdict, None) };
-                verdict.blocker = largest;
-                let alone = found[..count].iter().copied().find(|&f| self.is_blocked_by(worker, pair, f));
-                let together = || self.is_blocked_in_plane_of(worker, pair, largest).then_some(largest);
+                let found = &found[..count];
+                verdict.blocker = found.first().copied().unwrap_or(NO_FACET);
+                let largest = found.first().copied();
+                let alone = found.iter().copied().find(|&f| self.is_blocked_by(worker, pair, f));
+                let together = || largest.filter(|&f| self.is_blocked_in_plane_of(worker, pair, f));
                 match alone.or_else(together) {
                     Some(blocker) => (Verdict::proved(Class::Invisible, blocker), None),
+                    None if self.is_hidden_by_walls(worker, pair) => {
+                        (Verdict::proved(Class::Invisible, verdict.blocker), None)
+                    }
                     None => (verdict, None),
                 }
             }
@@ -393,6 +398,22 @@ impl<'a> Tester<'a> {
         worker.lap(Step::Blockers);
         worker.counters.fused_blockers += u64::from(is_blocked);
         is_blocked
+    }
+
+    /// Whether the walls of rooms hide a pair.
+    fn is_hidden_by_walls(&self, worker: &mut Worker, pair: &Pair<'_>) -> bool {
+        let occupant = |end: &NodeEnd<'_>| match end {
+            NodeEnd::Element { plane, facet, .. } => (self.hierarchy.leaf(*facet), Some(*plane)),
+            NodeEnd::Cluster(node) => (*node, None),
+        };
+        let [(a, a_side), (b, b_side)] = [pair.receiver, pair.source].map(occupant);
+        let is_hidden = self.with_corners(pair, |receiver, source| {
+            let receiver = Occupant { corners: receiver, node: a, side: a_side };
+            walls_hide(self.hierarchy, [receiver, Occupant { corners: source, node: b, side: b_side }])
+        });
+        worker.lap(Step::Blockers);
+        worker.counters.fused_blockers += u64::from(is_hidden);
+        is_hidden
     }
 
     fn with_corners(&self, pair: &Pair<'_>, test: impl FnOnce(&[DVec3], &[DVec3]) -> bool) -> bool {

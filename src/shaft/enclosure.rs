@@ -1,0 +1,178 @@
+//! Walls in several planes that hide what is in a room from what is elsewhere.
+//!
+//! A segment that leaves a convex cell does so through one of its walls, at a point that is in the cell. On
+//! each wall those points lie in the hull of where segments from the corners cross its plane, cut to the cell. If facets in the
+//! plane cover that on all walls, nothing gets out. What they leave open are gaps, such as doors: the segments go on from
+//! there, and have to be hidden from where they end by a single plane, or by the walls of the room in which they end.
+
+use super::blocker::has_facet_in;
+use super::fusion::{Octagon, blocks_together, gaps_in};
+use super::search::large_facets_on;
+use crate::hierarchy::{Cell, Hierarchy, TOLERANCE};
+use crate::math::{Axes, FlatPolygon, Plane};
+use glam::DVec3;
+
+/// Most gaps that are looked through.
+const MOST_GAPS: usize = 8;
+
+/// Points this far outside a cell are in it: less than what is forgotten at the border of a gap.
+const SLACK: f64 = 0.5 * TOLERANCE;
+
+/// Walls that meet at a smaller angle do not bound each other.
+const LEAST_STEEPNESS: f64 = 1e-3;
+
+/// A node, as the walls of rooms see it.
+#[derive(Clone, Copy)]
+pub struct Occupant<'a> {
+    /// Around all of it.
+    pub corners: &'a [DVec3],
+    /// The node: of an element the leaf of its facet.
+    pub node: u32,
+    /// The plane of an element; its front exchanges light.
+    pub side: Option<Plane>,
+}
+
+/// Whether the walls of the rooms that two nodes are in hide them from each other.
+pub fn walls_hide(hierarchy: &Hierarchy, ends: [Occupant<'_>; 2]) -> bool {
+    let cells = ends.map(|end| hierarchy.cell(end.node));
+    let gaps = [0, 1].map(|i| {
+        let cell = cells[i].filter(|cell| cells[1 - i].is_none_or(|other| other.node != cell.node))?;
+        gaps_around(hierarchy, cell, &ends[i], &Goal::Node(ends[1 - i]))
+    });
+    if gaps.iter().flatten().any(|gaps| gaps.is_empty()) {
+        return true;
+    }
+    let Some(near) = gaps.iter().position(Option::is_some) else { return false };
+    let far = &ends[1 - near];
+    gaps[near].iter().flatten().all(|gap| {
+        let rest = cells[1 - near].and_then(|cell| gaps_around(hierarchy, cell, far, &Goal::Gap(gap)));
+        match rest {
+            Some(rest) => rest.iter().all(|other| plane_hides(hierarchy, gap, &Goal::Gap(other))),
+            None => plane_hides(hierarchy, gap, &Goal::Node(*far)),
+        }
+    })
+}
+
+/// Where segments end.
+enum Goal<'a> {
+    Node(Occupant<'a>),
+    /// They go on from there.
+    Gap(&'a [DVec3]),
+}
+
+impl Goal<'_> {
+    fn corners(&self) -> &[DVec3] {
+        match self {
+            Goal::Node(node) => node.corners,
+            Goal::Gap(corners) => corners,
+        }
+    }
+
+    /// Whether a surface at which segments end lies in a plane.
+    fn has_facet_in(&self, hierarchy: &Hierarchy, plane: &Plane) -> bool {
+        match self {
+            Goal::Node(node) => node.has_facet_in(hierarchy, plane),
+            Goal::Gap(_) => false,
+        }
+    }
+}
+
+impl Occupant<'_> {
+    fn has_facet_in(&self, hierarchy: &Hierarchy, plane: &Plane) -> bool {
+        match self.side {
+            Some(_) => self.corners.iter().all(|&corner| plane.distance(corner).abs() <= TOLERANCE),
+            None => has_facet_in(hierarchy, self.node, plane),
+        }
+    }
+}
+
+/// What the walls of a cell leave open between what is in it and a goal outside; `None` where that cannot be told, or
+/// there is too much of it.
+fn gaps_around(
+    hierarchy: &Hierarchy,
+    cell: &Cell,
+    inner: &Occupant<'_>,
+    outer: &Goal<'_>,
+) -> Option<Vec<Vec<DVec3>>> {
+    let is_inside = |wall: &Plane| inner.corners.iter().all(|&corner| wall.distance(corner) <= TOLERANCE);
+    if !cell.walls.iter().all(is_inside) || !cell.walls.iter().any(|wall| is_beyond(hierarchy, outer, wall)) {
+        return None;
+    }
+    let mut found = Vec::new();
+    for wall in &cell.walls {
+        if outer.corners().iter().all(|&corner| wall.distance(corner) <= TOLERANCE) {
+            continue;
+        }
+        if inner.has_facet_in(hierarchy, wall) {
+            // An element sends nothing through the wall that it is on, but for one on its far side.
+            match inner.side {
+                Some(side) if side.normal.dot(wall.normal) < 0.0 => continue,
+                _ => return None,
+            }
+        }
+        let axes = Axes::of(wall);
+        let Some(crossed) = crossed_part(cell, wall, &axes, inner.corners, outer.corners()) else { continue };
+        let gaps = gaps_in(hierarchy, wall, &axes, crossed, None)?;
+        if found.len() + gaps.len() > MOST_GAPS {
+            return None;
+        }
+        found.extend(gaps.iter().map(|gap| gap.corners().iter().map(|&at| axes.point(at)).collect()));
+    }
+    Some(found)
+}
+
+/// Whether all of a goal lies in front of a wall, and no surface of it in the wall.
+fn is_beyond(hierarchy: &Hierarchy, outer: &Goal<'_>, wall: &Plane) -> bool {
+    let distances = outer.corners().iter().map(|&corner| wall.distance(corner));
+    let (least, most) = distances.fold((f64::MAX, f64::MIN), |(a, b), d| (a.min(d), b.max(d)));
+    least > TOLERANCE || least >= -TOLERANCE && most > TOLERANCE && !outer.has_facet_in(hierarchy, wall)
+}
+
+/// Around where segments from corners in a cell cross the plane of a wall within the cell; `None` if none do.
+fn crossed_part(
+    cell: &Cell,
+    wall: &Plane,
+    axes: &Axes,
+    inner: &[DVec3],
+    outer: &[DVec3],
+) -> Option<FlatPolygon> {
+    let mut hull = Octagon::EMPTY;
+    for &to in outer {
+        let beyond = wall.distance(to);
+        if beyond <= 0.0 {
+            continue;
+        }
+        for &from in inner {
+            let before = (-wall.distance(from)).max(0.0);
+            hull.add(axes.flat(from + (to - from) * (before / (before + beyond))));
+        }
+        // The goal itself may reach through the plane.
+        for &other in outer {
+            let before = -wall.distance(other);
+            if before >= 0.0 {
+                hull.add(axes.flat(other + (to - other) * (before / (before + beyond))));
+            }
+        }
+    }
+    let mut part = hull.widened();
+    for other in &cell.walls {
+        let (across, offset) = axes.trace(other);
+        let steepness = across.length();
+        if steepness > LEAST_STEEPNESS {
+            let (inward, least) = (-across / steepness, (offset - SLACK) / steepness);
+            part = part.beyond(inward, least, TOLERANCE)?;
+        }
+    }
+    Some(part)
+}
+
+/// Whether a single plane between a gap and a goal hides them from each other.
+fn plane_hides(hierarchy: &Hierarchy, gap: &[DVec3], goal: &Goal<'_>) -> bool {
+    let corners = goal.corners();
+    let middles = [gap, corners].map(|corners| corners.iter().sum::<DVec3>() / corners.len() as f64);
+    let (found, count) = large_facets_on(hierarchy, middles, 0.0);
+    found[..count].iter().any(|&facet| {
+        let plane = &hierarchy.facets[facet as usize].plane;
+        blocks_together(hierarchy, facet, gap, corners) && !goal.has_facet_in(hierarchy, plane)
+    })
+}
