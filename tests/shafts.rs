@@ -9,8 +9,12 @@ mod solving;
 use glam::DVec3;
 use lightshaft::hierarchy::{Hierarchy, NodeKind, TOLERANCE};
 use lightshaft::math::{Plane, Polygon};
-use lightshaft::shaft::{End, MOST_FOUND, Shaft, intervals_of, large_facets_on};
+use lightshaft::progress::Silent;
+use lightshaft::scene::{self, OfficeOptions, generate_office};
+use lightshaft::shaft::{End, MOST_FOUND, Occupant, Shaft, intervals_of, large_facets_on, walls_hide};
+use lightshaft::tracer::{Candidates, FallbackTracer, FilterAudit, NO_FACET, PACKET, Segment, Tracer};
 use solving::Case;
+use std::path::Path;
 
 const SCENES: [&str; 2] = ["cornell-box", "paper-2"];
 
@@ -104,6 +108,14 @@ impl Node {
         match self {
             Node::Element { plane, .. } => plane.distance(point),
             Node::Cluster(_) => f64::INFINITY,
+        }
+    }
+
+    /// The node of the hierarchy, and the plane of an element.
+    fn place(&self, hierarchy: &Hierarchy) -> (u32, Option<Plane>) {
+        match self {
+            Node::Element { plane, facet, .. } => (hierarchy.leaf(*facet), Some(*plane)),
+            Node::Cluster(index) => (*index, None),
         }
     }
 
@@ -419,4 +431,86 @@ fn large_facets_on_a_segment_are_found() {
         }
         assert!(named > 500 && most > 1, "{name}: {named} found, {most} at a time");
     }
+}
+
+/// Two storeys of rooms, which are parted by walls with doors and by floors that end at the walls.
+fn office() -> Hierarchy {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let options = OfficeOptions { floors: 2, rooms: 4, seed: 1 };
+    let summary = generate_office(&options, folder.path()).expect("an office");
+    let scene = scene::load(Path::new(&summary.scene), &Default::default(), &Silent).expect("it loads");
+    Hierarchy::build(&scene, false, &Silent)
+}
+
+/// What walls are said to hide of random pairs, and the segments that say otherwise.
+#[derive(Debug, Default)]
+struct Hidden {
+    pairs: usize,
+    in_other_rooms: usize,
+    segments: usize,
+    clear: usize,
+}
+
+/// Whether walls hide a pair.
+fn is_hidden(hierarchy: &Hierarchy, pair: &Pair) -> bool {
+    let mut rooms = [[DVec3::ZERO; 8]; 2];
+    let [a, b] = &mut rooms;
+    let ends = [(&pair.receiver, a), (&pair.source, b)].map(|(node, corners)| {
+        let count = node.end(hierarchy).corners(corners);
+        let (at, side) = node.place(hierarchy);
+        Occupant { corners: &corners[..count], node: at, side }
+    });
+    walls_hide(hierarchy, ends)
+}
+
+/// Tries to see through what hides random pairs, in a building without the facets that `is_open` picks.
+fn look_through_walls(hierarchy: &Hierarchy, is_open: impl Fn(u32) -> bool) -> Hidden {
+    let mut mesh = hierarchy.mesh.clone();
+    for (triangle, facet) in mesh.triangles.iter_mut().zip(&mesh.facet_of_triangle) {
+        if is_open(*facet) {
+            *triangle = [triangle[0]; 3];
+        }
+    }
+    let (tracer, mut numbers, mut found) = (FallbackTracer::new(&mesh), Numbers(61), Hidden::default());
+    while found.in_other_rooms < 20_000 {
+        let pair = Pair::random(hierarchy, &mut numbers);
+        let cells = [&pair.receiver, &pair.source].map(|node| hierarchy.cell(node.place(hierarchy).0));
+        let [Some(a), Some(b)] = cells else { continue };
+        found.in_other_rooms += usize::from(a.node != b.node);
+        if !is_hidden(hierarchy, &pair) {
+            continue;
+        }
+        found.pairs += 1;
+        assert_ne!(a.node, b.node, "the walls of a room hide nothing in it");
+        let skip = [&pair.receiver, &pair.source].map(|node| match node {
+            Node::Element { facet, .. } => *facet,
+            Node::Cluster(_) => NO_FACET,
+        });
+        let segments: Vec<Segment> = (0..PACKET)
+            .filter_map(|_| pair.segment(hierarchy, &mut numbers))
+            .map(|(from, to)| Segment { from: from.as_vec3(), to: to.as_vec3(), skip })
+            .collect();
+        let (mut blockers, mut audit) = (vec![NO_FACET; segments.len()], FilterAudit::default());
+        tracer.blockers(&segments, Candidates::All, &mut blockers, &mut audit);
+        found.segments += segments.len();
+        found.clear += blockers.iter().filter(|&&blocker| blocker == NO_FACET).count();
+    }
+    found
+}
+
+#[test]
+fn what_walls_hide_is_hidden() {
+    let found = look_through_walls(&office(), |_| false);
+    println!("{found:?}");
+    assert_eq!(found.clear, 0, "{found:?}");
+    assert!(found.pairs > found.in_other_rooms / 2, "{found:?}");
+}
+
+#[test]
+fn a_floor_that_is_not_there_is_noticed() {
+    let office = office();
+    let is_level = |facet: u32| office.facets[facet as usize].plane.normal.y.abs() > 0.999;
+    let found = look_through_walls(&office, is_level);
+    println!("{found:?}");
+    assert!(found.clear > 100, "{found:?}");
 }
