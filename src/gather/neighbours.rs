@@ -64,7 +64,7 @@ impl Neighbour {
             polygon: piece.polygon,
             center: piece.polygon.center(),
             irradiance: values[piece.id() as usize],
-            weight: (piece.polygon.area() / piece.polygon.extent().powi(2)) as f32,
+            weight: (piece.polygon.area() / piece.polygon.extent().powi(2).max(f64::MIN_POSITIVE)) as f32,
             normal,
             outward,
         }

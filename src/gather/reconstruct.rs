@@ -1,6 +1,6 @@
 //! Smooth irradiance from piecewise constant elements: a value at every corner, averaged over the
-//! elements that meet there by how compact they are, and interpolation in between. Corners of smaller neighbours on an edge
-//! (T-vertices) become corners of the larger element too, so no crack shows.
+//! elements that meet there by how compact they are, and interpolation in between. Corners of smaller
+//! neighbours on an edge (T-vertices) become corners of the larger element too, so no crack shows.
 
 use super::interpolate::mean_value;
 use super::neighbours::{Neighbour, Neighbourhood, SMOOTH_COSINE};
