@@ -22,6 +22,9 @@ pub(super) struct Neighbour {
     pub(super) polygon: Polygon,
     pub(super) center: DVec3,
     pub(super) irradiance: Vec3,
+    /// How much it says about light at its corners: its area in squares of its extent. A sliver runs past so many places
+    /// that its mean says little about any of them.
+    pub(super) weight: f32,
     pub(super) normal: DVec3,
     /// Unit vectors out of its edges.
     outward: [DVec3; MAX_VERTICES],
@@ -61,6 +64,7 @@ impl Neighbour {
             polygon: piece.polygon,
             center: piece.polygon.center(),
             irradiance: values[piece.id() as usize],
+            weight: (piece.polygon.area() / piece.polygon.extent().powi(2).max(f64::MIN_POSITIVE)) as f32,
             normal,
             outward,
         }

@@ -1,6 +1,6 @@
 //! Smooth irradiance from piecewise constant elements: a value at every corner, averaged over the
-//! elements that meet there, and interpolation in between. Corners of smaller neighbours on an edge
-//! (T-vertices) become corners of the larger element too, so no crack shows.
+//! elements that meet there by how compact they are, and interpolation in between. Corners of smaller
+//! neighbours on an edge (T-vertices) become corners of the larger element too, so no crack shows.
 
 use super::interpolate::mean_value;
 use super::neighbours::{Neighbour, Neighbourhood, SMOOTH_COSINE};
@@ -188,7 +188,7 @@ impl<'a> Reconstruction<'a> {
         mesh
     }
 
-    /// Mean irradiance of the elements that meet at a corner, the nearer ones counting more.
+    /// Mean irradiance of the elements that meet at a corner, slivers counting less.
     fn corner_value<'n>(
         &self,
         corner: DVec3,
@@ -201,9 +201,8 @@ impl<'a> Reconstruction<'a> {
                 continue;
             }
             if other.meets(corner) {
-                let weight = (1.0 / other.center.distance(corner).max(SAME_POINT)) as f32;
-                sum += other.irradiance * weight;
-                weights += weight;
+                sum += other.irradiance * other.weight;
+                weights += other.weight;
             }
         }
         if weights > 0.0 { sum / weights } else { self.irradiance[piece.id() as usize] }

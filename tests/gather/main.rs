@@ -23,3 +23,4 @@ mod opening;
 mod penumbra;
 mod polygon;
 mod reflection;
+mod slivers;
