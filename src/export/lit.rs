@@ -166,26 +166,27 @@ impl LitScene<'_> {
     /// The triangles of all elements of a side: an element that is no triangle, or has corners of others on its edges,
     /// is divided from its middle.
     fn triangles<'o>(
-        &self,
+        &'o self,
         side: usize,
         outlines: &'o Outlines,
         marks: Option<Marks<'o>>,
     ) -> impl Iterator<Item = [Vertex; 3]> + 'o {
+        let reflectance = self.solution.forest.reflectance(self.hierarchy, side);
         let side = self.solution.forest.side(side);
         let plane = self.hierarchy.facets[side.facet as usize].plane;
         let normal = if side.back { -plane.normal } else { plane.normal };
         let material = self.hierarchy.material(side.facet);
         let emitted =
             if side.back { Vec3::ZERO } else { Vec3::from(material.radiance) * std::f32::consts::PI };
-        let reflectance = Vec3::from(material.reflectance);
         let meters = self.meters_per_local();
-        let vertex = move |(point, irradiance): (DVec3, Vec3), mark: u8| Vertex {
-            // Zero has one sign, so that what is the same has the same bits.
-            position: (point * meters).as_vec3() + 0.0,
-            exitance: emitted + reflectance * irradiance + 0.0,
-            mark,
-        };
         outlines.iter().flat_map(move |outline| {
+            let reflectance = reflectance.of(outline.element);
+            let vertex = move |(point, irradiance): (DVec3, Vec3), mark: u8| Vertex {
+                // Zero has one sign, so that what is the same has the same bits.
+                position: (point * meters).as_vec3() + 0.0,
+                exitance: emitted + reflectance * irradiance + 0.0,
+                mark,
+            };
             let count = outline.points.len();
             let corner =
                 move |i: usize| vertex((outline.points[i % count], outline.irradiance[i % count]), 0);

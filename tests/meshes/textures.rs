@@ -16,7 +16,7 @@ fn quarters() -> RgbImage {
     RgbImage::from_fn(2, 2, |x, y| Rgb(texels[(2 * y + x) as usize]))
 }
 
-fn encoded(picture: &RgbImage, format: ImageFormat) -> Vec<u8> {
+pub(crate) fn encoded(picture: &RgbImage, format: ImageFormat) -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
     picture.write_to(&mut bytes, format).expect("a picture");
     bytes.into_inner()
