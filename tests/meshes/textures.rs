@@ -134,6 +134,27 @@ fn a_jpeg_is_read_too_and_emission_is_even() {
 }
 
 #[test]
+fn emission_of_an_mtl_with_a_picture_is_even_and_never_silently_dark() {
+    let obj = b"mtllib a.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n";
+    let picture = encoded(&quarters(), ImageFormat::Png);
+    for (mtl, expected, words) in [
+        ("Kd 0.5\nKe 4 8 8\nmap_Ke glow.png", [2.0, 2.0, 4.0], "is even"),
+        ("Kd 0.5\nmap_Ke -clamp on glow.png # bright", [0.5, 0.25, 0.5], "is even"),
+        ("Kd 0.5\nKe 0 0 0\nmap_Ke glow.png", [0.0; 3], "nothing is emitted"),
+        ("Kd 0.5\nKe 4 8 8\nmap_Ke none.png", [4.0, 8.0, 8.0], "1 texture(s) missing"),
+        ("Kd 0.5\nmap_Ke none.png", [0.0; 3], "1 texture(s) missing"),
+    ] {
+        let mtl = format!("newmtl a\n{mtl}\n");
+        let files = Files::new(&[("a.obj", obj), ("a.mtl", mtl.as_bytes()), ("glow.png", &picture)]);
+        let scene = files.load().unwrap_or_else(|error| panic!("{error}"));
+        assert_near(scene.materials[0].radiance, expected);
+        assert_near(scene.materials[0].reflectance, [0.5; 3]);
+        assert_warned(&scene, &["a.mtl: ", words]);
+        assert_eq!(scene.files.contains(&files.path("glow.png")), mtl.contains("glow.png"), "{mtl}");
+    }
+}
+
+#[test]
 fn pictures_that_cannot_be_read_are_a_warning() {
     let whole = encoded(&RgbImage::from_fn(64, 64, |x, y| Rgb([x as u8, y as u8, 9])), ImageFormat::Png);
     // 100 000 × 100 000 pixels, says the header; its checksum is right.
