@@ -99,8 +99,13 @@ impl<'a> Meshes<'a> {
         }
         let Some(mut corners) = self.corners(primitive, &positions, place)? else { return Ok(()) };
         let index = primitive.material.map(|index| index.value());
-        let Surface { mut material, layer } =
+        let Surface { mut material, layer, baked } =
             self.materials.get(draft, path, self.root, &mut self.pictures, index)?;
+        if baked.is_some_and(|baked| baked.back) {
+            return Ok(());
+        }
+        // Of what is baked they are light.
+        let colours = colours.filter(|_| baked.is_none());
         let places = match layer {
             Some(layer) => {
                 let mean = layer.picture.texture.mean();
