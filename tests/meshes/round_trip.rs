@@ -105,3 +105,24 @@ fn what_was_baked_is_baked_again_with_the_same_light() {
         "{off:?}: {after:?} instead of {before:?}"
     );
 }
+
+#[test]
+fn of_too_many_materials_a_model_says_nothing() {
+    let mut obj = String::from("mtllib a.mtl\n");
+    let mut mtl = String::from("newmtl lamp\nKd 0\nKe 5\n");
+    for i in 0..130 {
+        let x = f64::from(i);
+        obj += &format!("v {x} 0 0\nv {x} 0 1\nv {} 0 1\nusemtl m{i}\nf -3 -2 -1\n", x + 0.9);
+        mtl += &format!("newmtl m{i}\nKd {}\n", x / 200.0);
+    }
+    obj += "v 0 3 0\nv 130 3 0\nv 130 3 1\nv 0 3 1\nusemtl lamp\nf -4 -3 -2 -1\n";
+    let files = Files::new(&[("a.obj", obj.as_bytes()), ("a.mtl", mtl.as_bytes())]);
+    for (options, is_told) in [(&["--one-sided"][..], true), (&[], false)] {
+        files.run(&[&["solve", "a.obj", "-o", "a.lsol", "--quality", "draft"], options].concat());
+        files.run(&["export", "a.lsol", "--glb", "a.glb"]);
+        let read = load_dark(&files.path("a.glb")).expect("a scene");
+        assert_eq!(read.materials.iter().any(|material| material.is_emitter()), is_told);
+        assert_eq!(read.materials.iter().all(|material| material.name == "light"), !is_told);
+        assert_warned(&read, &[if is_told { "is left out" } else { "taken for reflectance" }]);
+    }
+}
