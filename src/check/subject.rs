@@ -111,8 +111,8 @@ impl<'a> Subject<'a> {
     /// What an element shines by itself, W/m², and its reflectance.
     pub(super) fn surface_of(&self, element: u32) -> (Vec3, Vec3) {
         let forest = &self.solution.forest;
-        let side = forest.side(forest.side_of(element));
-        (self.hierarchy.emitted(side), Vec3::from(self.hierarchy.material(side.facet).reflectance))
+        let side = forest.side_of(element);
+        (self.hierarchy.emitted(forest.side(side)), forest.reflectance(self.hierarchy, side).of(element))
     }
 
     /// Area of an element, local units.

@@ -23,7 +23,7 @@ pub(super) fn run(config: &RenderConfig) -> Result<(), CliError> {
     let shots = Shots::plan(config)?;
     shots.check()?;
     for path in &config.run.outputs {
-        check_destination(path)?;
+        check_destination(shots.trial_of(path))?;
     }
     if let Some(video) = &config.video {
         check_program(&video.path)?;
@@ -48,10 +48,8 @@ fn run_in_pool(
             .for_each(|camera| (camera.width, camera.height) = (reference.width, reference.height));
     }
     if let (Some(video), Some(camera)) = (&config.video, cameras.first()) {
-        check_video(
-            &video.path,
-            VideoShape { width: camera.width, height: camera.height, rate: video.rate },
-        )?;
+        let shape = VideoShape { width: camera.width, height: camera.height, rate: video.rate };
+        check_video(&video.path, shots.trial_of(&video.path), shape)?;
     }
     let mut solved = loaded.solve(run, progress)?;
     let Made { frames, seconds, last, legends } = frames::make(config, shots, &cameras, &solved, progress)?;

@@ -1,6 +1,6 @@
 //! Which pictures a run takes: the files they go to, before anything is solved, and the cameras, once the scene is there.
 
-use std::path::{Path, PathBuf};
+use std::path::{Path, PathBuf, absolute};
 
 use super::args::MAX_FRAMES;
 use super::camera::choose_camera;
@@ -10,6 +10,7 @@ use super::folder::{check_folder, make_folder};
 use super::solved::scene_failure;
 use crate::image::write::{OutputError, check_output};
 use crate::scene::{self, Camera, CameraPath, Pace, Scene};
+use crate::unfinished::folder_of;
 use glam::DVec3;
 
 /// The pictures of a run.
@@ -84,6 +85,17 @@ impl<'a> Shots<'a> {
             Some(folder) => check_folder(folder, &self.files),
             None => Ok(self.files.iter().try_for_each(|file| check_output(file).map(drop))?),
         }
+    }
+
+    /// Where it can be tried out whether a file can be written: itself, or the folder of the pictures, when it lies in that
+    /// and that is still to be made.
+    pub(super) fn trial_of<'p>(&'p self, file: &'p Path) -> &'p Path {
+        let is_missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
+        let is_around = |folder: &&Path| match (absolute(folder_of(file)), absolute(folder)) {
+            (Ok(own), Ok(folder)) => own == folder,
+            _ => false,
+        };
+        self.folder.filter(is_missing).filter(is_around).unwrap_or(file)
     }
 
     /// Makes the folder of several pictures when it is missing.

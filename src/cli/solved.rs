@@ -1,5 +1,6 @@
 //! From a scene file to its solution: the steps that every verb which needs one begins with.
 
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -16,7 +17,7 @@ use crate::memory;
 use crate::progress::{Progress, Silent, TerminalProgress};
 use crate::radiosity::{self, Link, LinkClass, Solution, SolveOptions};
 use crate::report::stats::{EnergyStats, LinkStats, MemoryStats, SceneStats, Stats, VisibilityStats};
-use crate::scene::{self, LoadOptions, Scene};
+use crate::scene::{self, LoadOptions, Scene, check_names};
 use crate::tracer::embree::{EmbreeError, EmbreeLibrary, EmbreeOptions, EmbreeTracer};
 use crate::tracer::{FallbackTracer, Tracer};
 use crate::visibility::{Strategy, VisibilityCounters, VisibilityOptions};
@@ -84,6 +85,13 @@ impl Loaded {
         let scene = scene::load(&config.scene, &options, progress).map_err(scene_failure);
         progress.finish();
         let scene = scene?;
+        // Otherwise the light would seem to be for other materials.
+        check_names(&options.changes, &scene.materials).map_err(|why| {
+            let stored = config.stored.as_deref().unwrap_or(Path::new("")).display();
+            CliError::Malformed(format!(
+                "{stored}: was relit, and in the scene {why}; relight what was solved anew"
+            ))
+        })?;
         check_not_read(&config.outputs, &scene.files)?;
         if !config.quiet {
             scene.warnings.iter().for_each(|warning| console::warning(warning));

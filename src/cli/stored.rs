@@ -21,7 +21,11 @@ pub(super) fn scene_of(stored: &Path, typed: Option<&Path>) -> Result<PathBuf, C
             "{shown} does not say where its scene is; give it with --scene"
         )));
     };
-    let scene = stored.parent().unwrap_or(Path::new("")).join(scene);
+    let seen_from = |file: &Path| file.parent().unwrap_or(Path::new("")).join(scene);
+    // Seen from the name that is given, or from where a link leads to.
+    let behind = || stored.canonicalize().ok().map(|file| seen_from(&file)).filter(|scene| scene.exists());
+    let scene = Some(seen_from(stored)).filter(|scene| scene.exists()).or_else(behind);
+    let scene = scene.unwrap_or_else(|| seen_from(stored));
     if !scene.exists() {
         return Err(CliError::Unreadable(format!(
             "{}: the scene of {shown} is not there any more; give it with --scene",

@@ -8,16 +8,15 @@ use glam::{DMat3, DQuat, DVec3, Vec3};
 use gltf_json::accessor::{ComponentType, GenericComponentType, Type};
 use gltf_json::buffer::{Stride, Target, View};
 use gltf_json::camera::{Perspective, Type as Projection};
-use gltf_json::extensions::material::{Material as Extensions, Unlit};
-use gltf_json::material::{PbrMetallicRoughness, StrengthFactor};
 use gltf_json::mesh::{Mode, Primitive, Semantic};
 use gltf_json::scene::UnitQuaternion;
 use gltf_json::validation::{Checked, USize64};
-use gltf_json::{Accessor, Buffer, Index, Material, Mesh, Node, Root, Scene};
+use gltf_json::{Accessor, Buffer, Index, Mesh, Node, Root, Scene};
 use serde_json::json;
 use serde_json::value::to_raw_value;
 
 use super::lit::{Display, Exported, LitScene, Part, too_far};
+use super::palette::Palette;
 use crate::image::write::{OutputError, write_atomically};
 use crate::progress::Progress;
 use crate::scene;
@@ -50,7 +49,7 @@ pub fn write_glb(
     write_atomically(path, |file| {
         // The JSON comes first and tells what is in the rest, which is therefore kept aside meanwhile.
         let mut binary = BufWriter::new(kept_aside(path)?);
-        let mut model = Model::default();
+        let mut model = Model::new(Palette::of(lit)?);
         lit.for_each_part(None, progress, |part| model.add(part, display, &mut binary))?;
         let mut binary = binary.into_inner().map_err(io::IntoInnerError::into_error)?;
         binary.rewind()?;
@@ -85,9 +84,9 @@ fn too_large() -> io::Error {
 }
 
 /// A model that grows part by part.
-#[derive(Default)]
 struct Model {
     root: Root,
+    palette: Palette,
     primitives: Vec<Primitive>,
     exported: Exported,
     /// Of all that is in the binary chunk so far, bytes; a multiple of 4.
@@ -96,6 +95,11 @@ struct Model {
 }
 
 impl Model {
+    fn new(palette: Palette) -> Model {
+        let (root, exported) = (Root::default(), Exported::default());
+        Model { root, palette, primitives: Vec::new(), exported, length: 0, bounds: None }
+    }
+
     /// Writes the vertices and triangles of a part and notes where they are.
     fn add(&mut self, part: &Part, display: Display, to: &mut dyn Write) -> io::Result<()> {
         let mut low = Vec3::INFINITY;
@@ -110,11 +114,21 @@ impl Model {
             bytes.extend([0; VERTEX - 18]);
         }
         let vertices = self.view(&bytes, Target::ArrayBuffer, Some(Stride(VERTEX)), to)?;
+        // One material after the other; of one, in the order in which they are there.
+        let mut triangles: Vec<(u32, [u16; 3])> = part
+            .coats
+            .iter()
+            .map(|&coat| self.palette.number(coat))
+            .zip(part.triangles.iter().copied())
+            .collect();
+        triangles.sort_by_key(|&(material, _)| material);
         bytes.clear();
-        bytes.extend(part.triangles.iter().flatten().flat_map(|number| number.to_le_bytes()));
+        bytes.extend(
+            triangles.iter().flat_map(|(_, corners)| corners).flat_map(|corner| corner.to_le_bytes()),
+        );
         let indices = self.view(&bytes, Target::ElementArrayBuffer, None, to)?;
 
-        let (corners, triangles) = (part.vertices.len() as u64, part.triangles.len() as u64);
+        let corners = part.vertices.len() as u64;
         let positions = Accessor {
             min: Some(json!(low.to_array())),
             max: Some(json!(high.to_array())),
@@ -127,20 +141,29 @@ impl Model {
         };
         let positions = self.root.push(positions);
         let colors = self.root.push(colors);
-        let indices = self.root.push(accessor(indices, 3 * triangles, ComponentType::U16, Type::Scalar));
-        self.primitives.push(Primitive {
-            attributes: [(Semantic::Positions, positions), (Semantic::Colors(0), colors)]
-                .map(|(semantic, accessor)| (Checked::Valid(semantic), accessor))
-                .into(),
-            extensions: None,
-            extras: None,
-            indices: Some(indices),
-            material: Some(Index::new(0)),
-            mode: Checked::Valid(Mode::Triangles),
-            targets: None,
-        });
+        let mut first = 0;
+        for run in triangles.chunk_by(|a, b| a.0 == b.0) {
+            let count = 3 * run.len() as u64;
+            let indices = Accessor {
+                byte_offset: Some(USize64(2 * first)),
+                ..accessor(indices, count, ComponentType::U16, Type::Scalar)
+            };
+            let indices = self.root.push(indices);
+            first += count;
+            self.primitives.push(Primitive {
+                attributes: [(Semantic::Positions, positions), (Semantic::Colors(0), colors)]
+                    .map(|(semantic, accessor)| (Checked::Valid(semantic), accessor))
+                    .into(),
+                extensions: None,
+                extras: None,
+                indices: Some(indices),
+                material: Some(Index::new(run[0].0)),
+                mode: Checked::Valid(Mode::Triangles),
+                targets: None,
+            });
+        }
         self.exported.vertices += corners;
-        self.exported.triangles += triangles;
+        self.exported.triangles += triangles.len() as u64;
         let [least, most] = self.bounds.unwrap_or([low, high]);
         self.bounds = Some([least.min(low), most.max(high)]);
         Ok(())
@@ -185,7 +208,7 @@ impl Model {
             extensions: None,
             extras: None,
         });
-        root.push(material());
+        root.materials = std::mem::take(&mut self.palette.materials);
         let mesh = root.push(Mesh {
             extensions: None,
             extras: None,
@@ -236,19 +259,6 @@ fn accessor(view: Index<View>, count: u64, component: ComponentType, type_: Type
 
 fn named(name: &str) -> Node {
     Node { name: Some(name.to_owned()), ..Node::default() }
-}
-
-/// Light that is there already is shown as it is. What does not know how shows a matt surface.
-fn material() -> Material {
-    Material {
-        name: Some("light".to_owned()),
-        pbr_metallic_roughness: PbrMetallicRoughness {
-            metallic_factor: StrengthFactor(0.0),
-            ..PbrMetallicRoughness::default()
-        },
-        extensions: Some(Extensions { unlit: Some(Unlit {}), ..Extensions::default() }),
-        ..Material::default()
-    }
 }
 
 /// A camera and its node; it sees from before the nearest surface as far as the bounds of the scene reach.

@@ -9,7 +9,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::gather::{Outlines, Reconstruction};
-use crate::hierarchy::Hierarchy;
+use crate::hierarchy::{Hierarchy, Side};
 use crate::image::tone::Tone;
 use crate::progress::Progress;
 use crate::radiosity::Solution;
@@ -67,12 +67,23 @@ pub(super) struct Vertex {
 /// is the last corner of each of their triangles.
 pub(super) type Marks<'a> = &'a dyn Fn(u32) -> u8;
 
+/// What a side of a surface is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(super) struct Coat {
+    /// Of the hierarchy.
+    pub(super) material: u32,
+    /// The side that does not emit, and that is the same as the other one but for its light.
+    pub(super) is_back: bool,
+}
+
 /// Some of the triangles.
 #[derive(Debug, Default)]
 pub(super) struct Part {
     pub(super) vertices: Vec<Vertex>,
     /// Counter-clockwise seen from the lit side.
     pub(super) triangles: Vec<[u16; 3]>,
+    /// What each of them is of.
+    pub(super) coats: Vec<Coat>,
     /// The numbers of the vertices, by the bits of their values.
     numbers: HashMap<[u32; 7], u16>,
 }
@@ -110,6 +121,11 @@ impl LitScene<'_> {
         nearest * self.meters_per_local()
     }
 
+    /// What a side is of.
+    pub(super) fn coat(&self, side: Side) -> Coat {
+        Coat { material: self.hierarchy.facets[side.facet as usize].material, is_back: side.back }
+    }
+
     fn meters_per_local(&self) -> f64 {
         self.hierarchy.frame.scene_units_per_local() * self.scene.meters_per_unit
     }
@@ -137,6 +153,7 @@ impl LitScene<'_> {
                 .map(|side| reconstruction.outlines(side))
                 .collect();
             for (side, outlines) in (begin..end).zip(&outlines) {
+                let coat = self.coat(self.solution.forest.side(side));
                 for triangle in self.triangles(side, outlines, marks) {
                     if !triangle
                         .iter()
@@ -148,7 +165,7 @@ impl LitScene<'_> {
                         visit(&part)?;
                         part.clear();
                     }
-                    is_empty &= !part.add(triangle);
+                    is_empty &= !part.add(triangle, coat);
                 }
             }
             progress.advance((end - begin) as u64);
@@ -166,26 +183,27 @@ impl LitScene<'_> {
     /// The triangles of all elements of a side: an element that is no triangle, or has corners of others on its edges,
     /// is divided from its middle.
     fn triangles<'o>(
-        &self,
+        &'o self,
         side: usize,
         outlines: &'o Outlines,
         marks: Option<Marks<'o>>,
     ) -> impl Iterator<Item = [Vertex; 3]> + 'o {
+        let reflectance = self.solution.forest.reflectance(self.hierarchy, side);
         let side = self.solution.forest.side(side);
         let plane = self.hierarchy.facets[side.facet as usize].plane;
         let normal = if side.back { -plane.normal } else { plane.normal };
         let material = self.hierarchy.material(side.facet);
         let emitted =
             if side.back { Vec3::ZERO } else { Vec3::from(material.radiance) * std::f32::consts::PI };
-        let reflectance = Vec3::from(material.reflectance);
         let meters = self.meters_per_local();
-        let vertex = move |(point, irradiance): (DVec3, Vec3), mark: u8| Vertex {
-            // Zero has one sign, so that what is the same has the same bits.
-            position: (point * meters).as_vec3() + 0.0,
-            exitance: emitted + reflectance * irradiance + 0.0,
-            mark,
-        };
         outlines.iter().flat_map(move |outline| {
+            let reflectance = reflectance.of(outline.element);
+            let vertex = move |(point, irradiance): (DVec3, Vec3), mark: u8| Vertex {
+                // Zero has one sign, so that what is the same has the same bits.
+                position: (point * meters).as_vec3() + 0.0,
+                exitance: emitted + reflectance * irradiance + 0.0,
+                mark,
+            };
             let count = outline.points.len();
             let corner =
                 move |i: usize| vertex((outline.points[i % count], outline.irradiance[i % count]), 0);
@@ -202,11 +220,12 @@ impl Part {
     fn clear(&mut self) {
         self.vertices.clear();
         self.triangles.clear();
+        self.coats.clear();
         self.numbers.clear();
     }
 
     /// Adds a triangle, unless rounding has left nothing of it; whether it did.
-    fn add(&mut self, corners: [Vertex; 3]) -> bool {
+    fn add(&mut self, corners: [Vertex; 3], coat: Coat) -> bool {
         let [a, b, c] = corners.map(|corner| corner.position);
         if a == b || b == c || c == a {
             return false;
@@ -220,6 +239,7 @@ impl Part {
             })
         });
         self.triangles.push(triangle);
+        self.coats.push(coat);
         true
     }
 }

@@ -6,6 +6,7 @@ mod fault;
 mod glb;
 mod lit;
 mod origin;
+mod palette;
 mod ply;
 mod records;
 mod sections;

@@ -35,7 +35,7 @@ pub(super) fn reflected(
                 continue;
             }
             if let Some(leaf) = solution.forest.leaf_met(hierarchy, ray, hit) {
-                let reflectance = Vec3::from(hierarchy.material(hit.facet).reflectance);
+                let reflectance = solution.forest.reflectance_of(hierarchy, &leaf);
                 sum += (reflectance * solution.light.irradiance[leaf.id() as usize]).as_dvec3();
             }
         }

@@ -2,6 +2,9 @@
 
 use super::{Hierarchy, TraceMesh};
 use crate::math::hash_pair;
+use crate::scene::Material;
+use std::collections::HashMap;
+use std::sync::Arc;
 
 /// What the light of a scene depends on, in parts, so that it can be said which of them differs. Names, cameras and
 /// files do not count.
@@ -11,7 +14,7 @@ pub struct Fingerprint {
     pub one_sided: bool,
     /// Triangles, the facets they make, and the units of length.
     pub geometry: u64,
-    /// Reflectance and radiance of every facet.
+    /// Reflectance, with the pictures, and radiance of every facet.
     pub materials: u64,
     /// The tree above the facets and the contacts on them, which follow from the geometry by rules of this program.
     pub tree: u64,
@@ -24,8 +27,16 @@ impl Fingerprint {
         let geometry = frame.map(f64::to_bits).fold(hierarchy.mesh.fingerprint(), hash_pair);
         let facets = 0..hierarchy.facets.len() as u32;
         let materials = facets.clone().map(|facet| hierarchy.material(facet));
-        let materials =
-            materials.flat_map(|material| material.reflectance.into_iter().chain(material.radiance));
+        // Of what has a picture the mean alone would not tell.
+        let mut of_painting = HashMap::new();
+        let mut painted = |material: &Material| {
+            let painting = material.painting.as_ref()?;
+            Some(*of_painting.entry(Arc::as_ptr(painting)).or_insert_with(|| painting.fingerprint()))
+        };
+        let materials = materials.flat_map(|material| {
+            let numbers = material.reflectance.into_iter().chain(material.radiance);
+            numbers.map(|number| number.to_bits().into()).chain(painted(material))
+        });
         let nodes = hierarchy.nodes.iter().map(|node| pair(node.first, node.end));
         let contacts = facets.flat_map(|facet| {
             let contacts = hierarchy.contacts.on(facet);
@@ -35,7 +46,7 @@ impl Fingerprint {
         Fingerprint {
             one_sided: hierarchy.one_sided,
             geometry,
-            materials: materials.map(|number| number.to_bits().into()).fold(0, hash_pair),
+            materials: materials.fold(0, hash_pair),
             tree: nodes.chain(contacts).fold(0, hash_pair),
         }
     }

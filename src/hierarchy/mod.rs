@@ -161,6 +161,23 @@ impl Hierarchy {
         Vec3::from(self.material(facet).reflectance_at(self.frame.scene_from_local(point)))
     }
 
+    /// Whether what some facets reflect differs from point to point.
+    pub fn has_paintings(&self) -> bool {
+        self.materials.iter().any(|material| material.painting.is_some())
+    }
+
+    /// What a part of a facet reflects as a whole, local coordinates, per channel.
+    pub fn mean_reflectance(&self, facet: u32, part: &Polygon) -> Vec3 {
+        let material = self.material(facet);
+        let Some(painting) = &material.painting else { return Vec3::from(material.reflectance) };
+        let mut corners = [DVec3::ZERO; MAX_VERTICES];
+        let count = part.vertices().len();
+        for (corner, &vertex) in corners.iter_mut().zip(part.vertices()) {
+            *corner = self.frame.scene_from_local(vertex);
+        }
+        Vec3::from(painting.mean_reflectance(&corners[..count]))
+    }
+
     /// The side of a facet that a ray with this direction meets.
     pub fn side_met(&self, facet: u32, direction: Vec3) -> Side {
         let normal = self.facets[facet as usize].plane.normal;

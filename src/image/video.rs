@@ -64,12 +64,13 @@ pub fn check_program(path: &Path) -> Result<(), OutputError> {
     if status.success() { Ok(()) } else { Err(refused(format!("`ffmpeg -version` failed ({status})"))) }
 }
 
-/// Checks, before a long run, that such a video can be made: makes one of a black picture, and leaves nothing.
+/// Checks, before a long run, that such a video can be made: makes one of a black picture in the place of `trial`, and
+/// leaves nothing.
 ///
 /// # Errors
 /// [`OutputError::Video`] with what the program says when it refuses.
-pub fn check_video(path: &Path, shape: VideoShape) -> Result<(), OutputError> {
-    let mut trial = Video::begin(path, shape)?;
+pub fn check_video(path: &Path, trial: &Path, shape: VideoShape) -> Result<(), OutputError> {
+    let mut trial = Video { path: path.to_owned(), ..Video::begin(trial, shape)? };
     trial.add(&vec![0; trial.frame_bytes])?;
     trial.complete()
 }

@@ -1,6 +1,7 @@
 //! All elements: a tree for each side of each facet, numbered in depth-first order.
 
 use super::cuts::Cuts;
+use super::reflectance::{Means, Measuring, Reflectance};
 use crate::hierarchy::{ElementTree, Hierarchy, Side};
 use crate::math::{Plane, Polygon, hash_pair};
 use crate::tracer::{Hit, Ray};
@@ -27,6 +28,7 @@ pub struct Forest {
     pub area: Vec<f32>,
     /// Centre of each element, local coordinates.
     pub center: Vec<Vec3>,
+    means: Means,
     next_id: AtomicU32,
 }
 
@@ -208,6 +210,7 @@ impl Forest {
             second: Vec::new(),
             area: Vec::new(),
             center: Vec::new(),
+            means: Means::default(),
             next_id: AtomicU32::new(count),
         }
     }
@@ -248,6 +251,35 @@ impl Forest {
     pub fn sides_of(&self, facet: u32) -> std::ops::Range<usize> {
         let first = (facet * self.sides_per_facet) as usize;
         first..first + self.sides_per_facet as usize
+    }
+
+    /// What the elements of a side reflect.
+    pub fn reflectance(&self, hierarchy: &Hierarchy, index: usize) -> Reflectance<'_> {
+        match self.means.of_side(index) {
+            Some(means) => Reflectance::Painted { first: self.first_element[index], means },
+            None => Reflectance::Even(Vec3::from(hierarchy.material(self.side(index).facet).reflectance)),
+        }
+    }
+
+    /// What an element reflects.
+    pub fn reflectance_of(&self, hierarchy: &Hierarchy, piece: &Piece<'_>) -> Vec3 {
+        match self.side_index(piece.side) {
+            Some(index) => self.reflectance(hierarchy, index).of(piece.id()),
+            None => Vec3::ZERO,
+        }
+    }
+
+    /// Takes what elements reflect from a hierarchy that has other materials than the one before.
+    pub(super) fn change_materials(&mut self, hierarchy: &Hierarchy) {
+        self.means = Means::default();
+        self.renumber(hierarchy);
+    }
+
+    /// The mean of a picture over an element that was a leaf at the last numbering.
+    fn mean_before(&self, index: usize, element: u32) -> Option<Vec3> {
+        let means = self.means.of_side(index)?;
+        let is_known = self.second.get(element as usize) == Some(&0);
+        is_known.then(|| means[(element - self.first_element[index]) as usize])
     }
 
     /// The undivided element of a side.
@@ -378,8 +410,10 @@ impl Forest {
         let mut area = Vec::with_capacity(total);
         let mut center = Vec::with_capacity(total);
         let mut stack = Vec::new();
+        let mut measuring = Measuring::new(hierarchy);
         for (index, tree) in self.trees.iter().enumerate() {
             first_element.push(second.len() as u32);
+            measuring.begin_side(self.side(index).facet);
             let root = self.root(hierarchy, index);
             stack.push((tree, root.polygon, root.cut, None, None));
             while let Some((tree, outline, cut, own_cell, parent)) = stack.pop() {
@@ -389,6 +423,8 @@ impl Forest {
                 if let Some(parent) = parent {
                     second[parent as usize] = id;
                 }
+                let is_leaf = tree.halves().is_none();
+                measuring.add(is_leaf.then_some(&outline), || self.mean_before(index, tree.id()));
                 new_from_old[tree.id() as usize] = id;
                 tree.set_id(id);
                 second.push(0);
@@ -411,6 +447,10 @@ impl Forest {
         self.second = second;
         self.area = area;
         self.center = center;
+        self.means = measuring.finish(&self.first_element, |element| {
+            let second = self.second[element as usize];
+            (second != 0).then(|| [element + 1, second].map(|half| (half, self.area[half as usize])))
+        });
         new_from_old
     }
 }

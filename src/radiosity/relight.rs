@@ -64,12 +64,14 @@ pub fn relight(
     progress: &dyn Progress,
 ) -> Relit {
     let begun = Instant::now();
-    let Solution { forest, light: before, links, openness, strays, factor, counters, min_size, .. } = solved;
+    let Solution { mut forest, light: before, links, openness, strays, factor, counters, min_size, .. } =
+        solved;
     let options =
         SolveOptions { iterations: options.iterations.max(ITERATIONS), record: Record::Nothing, ..*options };
     let (bright_before, sent_before) = (brightness(&before), before.sent(&forest));
     let received_before = received(hierarchy, &before, &forest);
     drop(before);
+    forest.change_materials(hierarchy);
     let untested = Cell::new(0);
     let is_refined = |forest: &Forest, links: &LinkSet, light: &Light| {
         let (bright, scale) = (brightness(light), RISEN * light.sent(forest) / sent_before);

@@ -549,7 +549,7 @@ fn balance(
             let area = forest.area[element] as f64 * square_meters;
             let sum = |v: Vec3| (v.x + v.y + v.z) as f64 * area;
             energy.emitted += sum(emission);
-            energy.absorbed += sum(light.irradiance[element] * (Vec3::ONE - reflectance));
+            energy.absorbed += sum(light.irradiance[element] * (Vec3::ONE - reflectance.of(element as u32)));
         }
     }
     let flight = flight(hierarchy, forest, light, tracer);

@@ -278,7 +278,7 @@ impl Watched<'_> {
             for i in 0..PACKET {
                 let Some(hit) = hits[i] else { continue };
                 let Some(source) = self.forest.leaf_met(self.hierarchy, &rays[i], &hit) else { continue };
-                let reflectance = Vec3::from(self.hierarchy.material(hit.facet).reflectance);
+                let reflectance = self.forest.reflectance_of(self.hierarchy, &source);
                 let irradiance = self.light.irradiance[source.id() as usize];
                 let brought = (irradiance * reflectance).element_sum() as f64;
                 if brought <= 0.0 {
@@ -303,8 +303,7 @@ impl Watched<'_> {
         }
         // What comes back over the links, that much more of it, must not grow from bounce to bounce.
         let reflectances = cells.iter().map(|&cell| {
-            let facet = self.forest.side(self.forest.side_of(cell)).facet;
-            Vec3::from(self.hierarchy.material(facet).reflectance).max_element()
+            self.forest.reflectance(self.hierarchy, self.forest.side_of(cell)).of(cell).max_element()
         });
         let returned =
             f64::from(reflectances.fold(0.0, f32::max)) * f64::from(linked_rays) / f64::from(count);

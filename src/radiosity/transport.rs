@@ -4,6 +4,7 @@
 use super::forest::Forest;
 use super::links::{Link, LinkClass, LinkSet};
 use super::openness::{Arriving, Openness};
+use super::reflectance::Reflectance;
 use super::strays::Strays;
 use crate::hierarchy::{Hierarchy, Side};
 use crate::math::CosineLobes;
@@ -99,7 +100,7 @@ impl Damping {
 struct Glowing<'a>(Materials<'a>);
 
 impl Surface for Glowing<'_> {
-    fn of(&self, side: usize) -> (Vec3, Vec3) {
+    fn of(&self, side: usize) -> (Vec3, Reflectance<'_>) {
         (Vec3::ONE, self.0.of(side).1)
     }
 }
@@ -118,8 +119,8 @@ pub(super) struct Receiving<'a> {
 
 /// What a surface does with the light that reaches it.
 pub(super) trait Surface: Sync {
-    /// Own exitance and reflectance of a side.
-    fn of(&self, side: usize) -> (Vec3, Vec3);
+    /// Own exitance of a side, and what its elements reflect.
+    fn of(&self, side: usize) -> (Vec3, Reflectance<'_>);
 }
 
 /// The materials of the scene.
@@ -129,9 +130,9 @@ pub(super) struct Materials<'a> {
 }
 
 impl Surface for Materials<'_> {
-    fn of(&self, index: usize) -> (Vec3, Vec3) {
+    fn of(&self, index: usize) -> (Vec3, Reflectance<'_>) {
         let side = self.forest.side(index);
-        (self.hierarchy.emitted(side), Vec3::from(self.hierarchy.material(side.facet).reflectance))
+        (self.hierarchy.emitted(side), self.forest.reflectance(self.hierarchy, index))
     }
 }
 
@@ -409,7 +410,7 @@ struct Block<'a> {
 impl Block<'_> {
     /// Pushes irradiance into one element tree and pulls its exitance; returns the smallest and
     /// largest exitance of its leaves, by channel.
-    fn push_pull(&mut self, element: u32, from_above: Vec3, surface: (Vec3, Vec3)) -> Range {
+    fn push_pull(&mut self, element: u32, from_above: Vec3, surface: (Vec3, Reflectance<'_>)) -> Range {
         let irradiance = from_above + self.gathered[element as usize];
         let second = self.elements.forest.second[element as usize];
         if second == 0 {
@@ -438,10 +439,15 @@ struct Elements<'a> {
 
 impl Elements<'_> {
     /// A leaf receives this irradiance, on a surface with this exitance of its own and reflectance.
-    fn light_leaf(&mut self, element: u32, irradiance: Vec3, (emitted, reflectance): (Vec3, Vec3)) -> Range {
+    fn light_leaf(
+        &mut self,
+        element: u32,
+        irradiance: Vec3,
+        (emitted, reflectance): (Vec3, Reflectance<'_>),
+    ) -> Range {
         let own = element as usize - self.offset;
         self.irradiance[own] = irradiance;
-        self.exitance[own] = emitted + reflectance * irradiance;
+        self.exitance[own] = emitted + reflectance.of(element) * irradiance;
         self.brightest[own] = self.exitance[own].max_element();
         (self.exitance[own], self.exitance[own])
     }

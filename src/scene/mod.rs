@@ -16,6 +16,7 @@ mod mtl;
 mod obj;
 mod painted;
 mod ply;
+mod ply_text;
 mod pose;
 mod statements;
 mod texture;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use glam::DVec2;
 
-use super::error::{SceneError, quoted};
+use super::error::{SceneError, name_list, quoted};
 use super::lines::{Lines, MOST_PICTURE_BYTES, read_whole};
 use super::obj::{find_beside, without_comment};
 use super::statements::{LARGEST_COLOUR, number, words};
@@ -15,6 +15,10 @@ use super::texture::{Picture, Texture, Wrap};
 /// Options and their values before the name of a picture, at most.
 const MOST_WORDS: usize = 32;
 
+const EVEN: &str =
+    "emission with a picture (map_Ke) is even, Ke times the mean of the picture, of material(s)";
+const DARK: &str = "Ke or the picture of it (map_Ke) is black, so nothing is emitted by material(s)";
+
 /// One material of a library.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct MtlMaterial {
@@ -22,7 +26,7 @@ pub(super) struct MtlMaterial {
     pub(super) name: String,
     /// Reflectance, linear RGB ≥ 0, when there is a `Kd` or a picture, of which it has the mean.
     pub(super) reflectance: Option<[f64; 3]>,
-    /// Radiance in W/(m²·sr), ≥ 0; zero without `Ke`.
+    /// Radiance in W/(m²·sr), ≥ 0; zero without `Ke` or a picture of it, of which it has the mean.
     pub(super) radiance: [f64; 3],
     /// The picture that `factor` multiplies.
     pub(super) picture: Option<MtlPicture>,
@@ -50,7 +54,7 @@ impl MtlPicture {
 /// Reads a library; a later material replaces an earlier one of the same name. Warnings are added to
 /// `warnings`, and the pictures that it names to `files`; `room` is how many pixels they may have, and how many are left.
 ///
-/// A picture (`map_Kd`) multiplies `Kd`; one that cannot be read is a warning.
+/// A picture (`map_Kd`, `map_Ke`) multiplies `Kd` or `Ke`; one that cannot be read is a warning.
 ///
 /// # Errors
 /// [`SceneError::Io`], [`SceneError::Parse`] and [`SceneError::Invalid`], with the line.
@@ -63,37 +67,34 @@ pub(super) fn read(
     let plain = plain_form(path, warnings)?;
     let (materials, _) = tobj::load_mtl_buf(&mut plain.as_slice())
         .map_err(|error| SceneError::parse(path, None, format!("cannot be read as MTL ({error})")))?;
-    let mut textures: HashMap<PathBuf, Result<Arc<Texture>, String>> = HashMap::new();
-    let mut missing = Vec::new();
+    let mut shelf = Shelf { library: path, files, room, textures: HashMap::new(), missing: Vec::new() };
+    let (mut even, mut dark) = (Vec::new(), Vec::new());
     let mut read = Vec::new();
     for material in materials {
         let mut reflectance = material.diffuse;
         let mut picture = None;
-        if let Some(text) = &material.diffuse_texture {
-            let found = picture_path(path, text).or_else(|| picture_path(path, without_comment(text)));
-            let texture = match found {
-                None => Err("file not found".to_owned()),
-                Some((found, options)) => {
-                    let texture = textures.entry(found.clone()).or_insert_with(|| {
-                        files.push(found);
-                        let texture = decoded(&files[files.len() - 1], *room)?;
-                        *room -= texture.pixels();
-                        Ok(Arc::new(texture))
-                    });
-                    texture.clone().map(|texture| (texture, options))
-                }
-            };
-            match texture {
-                Ok((texture, options)) => {
-                    let (mean, factor) = (texture.mean(), reflectance.unwrap_or([1.0; 3]));
-                    reflectance = Some([0, 1, 2].map(|channel| factor[channel] * mean[channel]));
-                    picture = Some(placed(texture, factor, &options));
-                }
-                Err(why) => missing.push(format!("{} ({why})", quoted(text))),
-            }
+        let found = material.diffuse_texture.as_deref().and_then(|text| shelf.take(text));
+        if let Some((texture, options)) = found {
+            let (mean, factor) = (texture.mean(), reflectance.unwrap_or([1.0; 3]));
+            reflectance = Some([0, 1, 2].map(|channel| factor[channel] * mean[channel]));
+            picture = Some(placed(texture, factor, &options));
         }
-        let radiance = material.emissive.unwrap_or_default();
+        let mut radiance = material.emissive.unwrap_or_default();
+        let found = material.unknown_param.get("map_Ke").and_then(|text| shelf.take(text));
+        if let Some((texture, _)) = found {
+            let (mean, factor) = (texture.mean(), material.emissive.unwrap_or([1.0; 3]));
+            radiance = [0, 1, 2].map(|channel| factor[channel] * mean[channel]);
+            let names = if radiance == [0.0; 3] { &mut dark } else { &mut even };
+            names.push(material.name.clone());
+        }
         read.push(MtlMaterial { name: material.name, reflectance, radiance, picture });
+    }
+    let missing = shelf.missing;
+    for (names, what) in [(&even, EVEN), (&dark, DARK)] {
+        if !names.is_empty() {
+            let names = name_list(names.iter().map(String::as_str));
+            warnings.push(format!("{}: {what} {names}", path.display()));
+        }
     }
     if !missing.is_empty() {
         let (count, first) = (missing.len(), &missing[0]);
@@ -105,7 +106,39 @@ pub(super) fn read(
     Ok(read)
 }
 
-/// The file that a `map_Kd` names, and the options before it: the whole rest of the line if there is such a file, else what
+/// The pictures of a library, read once each.
+struct Shelf<'a> {
+    library: &'a Path,
+    files: &'a mut Vec<PathBuf>,
+    room: &'a mut u64,
+    textures: HashMap<PathBuf, Result<Arc<Texture>, String>>,
+    /// Why some cannot be read.
+    missing: Vec<String>,
+}
+
+impl Shelf<'_> {
+    /// The picture that a statement names, and its options; none that cannot be read.
+    fn take(&mut self, text: &str) -> Option<(Arc<Texture>, Vec<String>)> {
+        let found =
+            picture_path(self.library, text).or_else(|| picture_path(self.library, without_comment(text)));
+        let texture = match found {
+            None => Err("file not found".to_owned()),
+            Some((found, options)) => {
+                let texture = self.textures.entry(found.clone()).or_insert_with(|| {
+                    let texture = decoded(&found, *self.room);
+                    self.files.push(found);
+                    let texture = texture?;
+                    *self.room -= texture.pixels();
+                    Ok(Arc::new(texture))
+                });
+                texture.clone().map(|texture| (texture, options))
+            }
+        };
+        texture.map_err(|why| self.missing.push(format!("{} ({why})", quoted(text)))).ok()
+    }
+}
+
+/// The file that a `map_Kd` or `map_Ke` names, and the options before it: the whole rest of the line if there is such a file, else what
 /// follows some words of it.
 fn picture_path(library: &Path, text: &str) -> Option<(PathBuf, Vec<String>)> {
     let starts = text.match_indices([' ', '\t']).map(|(blank, _)| blank + 1);
@@ -137,7 +170,7 @@ fn placed(texture: Arc<Texture>, factor: [f64; 3], options: &[String]) -> MtlPic
     MtlPicture { picture, factor, scale: vector("-s", 1.0), offset: vector("-o", 0.0) }
 }
 
-/// `newmtl`, `Kd` and `Ke` statements, checked; `tobj` panics on a colour of one number, and stops at
+/// `newmtl`, `Kd`, `Ke` and the pictures of both, checked; `tobj` panics on a colour of one number, and stops at
 /// values of statements that do not matter here.
 fn plain_form(path: &Path, warnings: &mut Vec<String>) -> Result<Vec<u8>, SceneError> {
     let mut lines = Lines::open(path)?;
@@ -185,9 +218,10 @@ fn plain_form(path: &Path, warnings: &mut Vec<String>) -> Result<Vec<u8>, SceneE
                 }
                 plain.extend_from_slice(format!("{keyword} {r:e} {g:e} {b:e}\n").as_bytes());
             }
-            b"map_Kd" if has_material && !rest.trim_ascii().is_empty() => {
+            b"map_Kd" | b"map_Ke" if has_material && !rest.trim_ascii().is_empty() => {
+                let keyword = if keyword == b"map_Kd" { "map_Kd" } else { "map_Ke" };
                 let name = String::from_utf8_lossy(rest).trim().to_owned();
-                plain.extend_from_slice(format!("map_Kd {name}\n").as_bytes());
+                plain.extend_from_slice(format!("{keyword} {name}\n").as_bytes());
             }
             _ => {}
         }

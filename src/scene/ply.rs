@@ -13,6 +13,7 @@ use ply_rs_bw::ply::{
 use super::draft::{Cutter, DEFAULT_GREY, Draft, DraftMaterial, Origin};
 use super::error::{SceneError, quoted};
 use super::lines::{open_regular, unreadable};
+use super::ply_text::PlainText;
 use super::tint::Tints;
 use super::toml_file::is_position;
 use crate::math::linear_from_srgb;
@@ -262,6 +263,7 @@ fn read(path: &Path) -> Result<Mesh, SceneError> {
         return Err(SceneError::parse(path, Some(1), "does not begin with 'ply'; export it as PLY again"));
     }
     // What has no line breaks would be one line.
+    let bytes = BufReader::with_capacity(1 << 16, PlainText::new(bytes));
     let mut reader = Reader::new(bytes.take(LONGEST_HEADER));
     let header =
         Parser::<Other>::new().read_header(&mut reader).map_err(|error| explain(path, "header", &error))?;

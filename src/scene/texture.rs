@@ -7,13 +7,16 @@ use std::sync::{Arc, LazyLock};
 use glam::{DVec2, DVec3};
 use image::{ImageFormat, ImageReader, Limits};
 
-use crate::math::linear_from_srgb;
+use crate::math::{hash_pair, linear_from_srgb};
 
 /// Most pixels of one picture, and of all of a scene together.
 const MOST_PIXELS: u64 = 1 << 26;
 pub(super) const MOST_PIXELS_OF_ALL: u64 = 1 << 28;
-/// Most samples along the longest edge of a triangle whose colours are averaged.
+/// Most samples along the longest edge of a triangle whose colours are averaged; where there are more pixels, samples are
+/// shaken, so that what repeats is not always met at the same place.
 const MOST_SAMPLES: f64 = 64.0;
+/// Likewise of a part of a surface, of which there are many.
+const MOST_OF_PART: f64 = 16.0;
 
 /// How a JPEG begins.
 const JPEG_START: &[u8] = &[0xff, 0xd8];
@@ -30,6 +33,8 @@ pub struct Texture {
     texels: Vec<u8>,
     /// Of all of it, linear.
     mean: [f64; 3],
+    /// Of its size and pixels.
+    fingerprint: u64,
 }
 
 impl fmt::Debug for Texture {
@@ -98,7 +103,9 @@ impl Texture {
                 counts.iter().zip(*LINEAR).map(|(&count, linear)| count as f64 * f64::from(linear)).sum();
             sum / (texels.len() / 3) as f64
         });
-        Texture { width, height, texels, mean }
+        let words = texels.chunks(8).map(|bytes| bytes.iter().fold(0, |word, &b| word << 8 | u64::from(b)));
+        let fingerprint = [u64::from(width), u64::from(height)].into_iter().chain(words).fold(0, hash_pair);
+        Texture { width, height, texels, mean, fingerprint }
     }
 
     /// Of all of it, linear.
@@ -233,28 +240,63 @@ impl Painting {
         self.colour(point).map(|rho| rho.min(super::validate::HIGHEST_REFLECTANCE) as f32)
     }
 
-    /// The mean over a triangle.
-    pub(super) fn mean(&self, [a, b, c]: [DVec3; 3]) -> [f64; 3] {
+    /// The mean over a triangle, linear, not yet clamped.
+    pub(super) fn mean(&self, corners: [DVec3; 3]) -> [f64; 3] {
+        self.mean_of(corners, MOST_SAMPLES, |point| self.colour(point))
+    }
+
+    /// What a flat convex part of the surface reflects as a whole, by its corners: the mean of what its points reflect.
+    pub fn mean_reflectance(&self, corners: &[DVec3]) -> [f32; 3] {
+        let (mut sum, mut area, mut any) = ([0.0; 3], 0.0, [0.0; 3]);
+        for i in 1..corners.len().saturating_sub(1) {
+            let triangle = [corners[0], corners[i], corners[i + 1]];
+            let part = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).length();
+            any = self.mean_of(triangle, MOST_OF_PART, |point| self.reflectance_at(point).map(f64::from));
+            sum = [0, 1, 2].map(|channel| sum[channel] + any[channel] * part);
+            area += part;
+        }
+        // Of what has no area, some of it.
+        (if area > 0.0 { sum.map(|channel| channel / area) } else { any }).map(|channel| channel as f32)
+    }
+
+    fn mean_of(&self, [a, b, c]: [DVec3; 3], most: f64, colour: impl Fn(DVec3) -> [f64; 3]) -> [f64; 3] {
         let size = DVec2::new(f64::from(self.texture.width), f64::from(self.texture.height));
         let [at_a, at_b, at_c] = [a, b, c].map(|corner| self.place(corner) * size);
         let longest = (at_b - at_a).length().max((at_c - at_b).length()).max((at_a - at_c).length());
-        let count = longest.ceil().clamp(1.0, MOST_SAMPLES) as u32;
-        // In the middle of each of count² equal triangles.
+        let count = longest.ceil().clamp(1.0, most) as u32;
+        let seed = a.to_array().into_iter().map(f64::to_bits).fold(0, hash_pair);
+        // One in each of count² equal triangles, in the middle while there is one for each pixel.
         let mut sum = [0.0; 3];
-        let mut add = |i: f64, j: f64| {
-            let point = a + (b - a) * (i / f64::from(count)) + (c - a) * (j / f64::from(count));
-            let colour = self.colour(point);
+        let mut add = |i: u32, j: u32, is_upper: bool| {
+            let mut at = DVec2::splat(1.0 / 3.0);
+            if longest > most {
+                let bits = hash_pair(seed, u64::from(i) << 32 | u64::from(j) << 1 | u64::from(is_upper));
+                at = DVec2::new((bits >> 32) as f64, (bits as u32).into()) / f64::from(u32::MAX);
+                at = if at.x + at.y > 1.0 { DVec2::ONE - at } else { at };
+            }
+            let at = DVec2::new(i.into(), j.into()) + if is_upper { DVec2::ONE - at } else { at };
+            let at = at / f64::from(count);
+            let colour = colour(a + (b - a) * at.x + (c - a) * at.y);
             sum = [0, 1, 2].map(|channel| sum[channel] + colour[channel]);
         };
         for i in 0..count {
             for j in 0..count - i {
-                add(f64::from(i) + 1.0 / 3.0, f64::from(j) + 1.0 / 3.0);
+                add(i, j, false);
                 if i + j + 1 < count {
-                    add(f64::from(i) + 2.0 / 3.0, f64::from(j) + 2.0 / 3.0);
+                    add(i, j, true);
                 }
             }
         }
         sum.map(|channel| channel / f64::from(count * count))
+    }
+
+    /// A fingerprint of all that it makes surfaces reflect.
+    pub fn fingerprint(&self) -> u64 {
+        let Painting { texture, wrap, factor, origin, place, across, down } = self;
+        let vectors = [DVec3::from(*factor), *origin, place.extend(0.0), *across, *down];
+        let numbers = vectors.into_iter().flat_map(|vector| vector.to_array()).map(f64::to_bits);
+        let wrap = wrap.map(|wrap| wrap as u64);
+        [texture.fingerprint].into_iter().chain(wrap).chain(numbers).fold(0, hash_pair)
     }
 }
 
@@ -310,5 +352,35 @@ mod tests {
         assert!(painting.fits(corners(), places));
         assert!(!painting.fits(corners(), [places[0], places[1], places[2] + DVec2::X]));
         assert!(Painting::on(&picture(Wrap::Clamp), [1.0; 3], [DVec3::ONE; 3], places).is_none());
+    }
+
+    #[test]
+    fn parts_have_their_own_mean_and_what_repeats_is_not_always_met_at_one_place() {
+        let of = |repeats: f64| {
+            let places = [DVec2::ZERO, DVec2::X * repeats, DVec2::Y * repeats];
+            Painting::on(&picture(Wrap::Repeat), [1.0; 3], corners(), places).expect("a triangle")
+        };
+        let part = |from: f64, to: f64| {
+            let corner = |x: f64, y: f64| DVec3::new(1.0 + 4.0 * x, 5.0 + 2.0 * y, 2.0);
+            of(1.0).mean_reflectance(&[
+                corner(from, 0.3),
+                corner(to, 0.3),
+                corner(to, 0.2),
+                corner(from, 0.2),
+            ])
+        };
+        // Around the middle of the upper pixels, red and black, of which a tenth comes from the lower ones at most.
+        let (left, right) = (part(0.2, 0.3), part(0.7, 0.8));
+        assert!(left[0] > 0.88 && right[0] < 0.1, "{left:?} and {right:?}");
+        let both = part(0.2, 0.8);
+        assert!((both[0] - 0.475).abs() < 0.02, "{both:?}");
+        // A picture for each of 64 samples along the edge, and for every second one.
+        for repeats in [64.0, 128.0] {
+            for channel in of(repeats).mean(corners()) {
+                assert!((channel - 0.25).abs() < 0.03, "{repeats}: {channel}");
+            }
+        }
+        let [a, b, _] = corners();
+        assert!(of(1.0).mean_reflectance(&[a, b, b]).iter().all(|channel| channel.is_finite()));
     }
 }

@@ -52,6 +52,25 @@ fn off(truth: &[f32], other: &[f32]) -> f32 {
 }
 
 #[test]
+fn a_name_that_is_gone_is_the_reason_and_a_link_leads_to_the_scene() {
+    let folder = solved();
+    relight(&folder, "room.lsol", "new.lsol", &["--set", "spot.radiance=[3, 2, 8]"]);
+    let renamed = format!("{SCENE}{MORE}").replace("\"spot\"", "\"point\"");
+    folder.write("renamed.toml", renamed);
+    let arguments = ["render", "renamed.toml", "--solution", "new.lsol", "-o", "a.png"];
+    folder.run(&arguments).expect_error(4, &["new.lsol: was relit", "'spot'", "'point'"]);
+    // Names do not matter to what was not relit.
+    done(&folder, &["render", "renamed.toml", "--solution", "room.lsol", "-o", "a.png", "--samples", "1"]);
+
+    #[cfg(unix)]
+    {
+        std::fs::create_dir(folder.path("links")).expect("a folder");
+        std::os::unix::fs::symlink("../new.lsol", folder.path("links/a.lsol")).expect("a link");
+        relight(&folder, "links/a.lsol", "again.lsol", &["--set", "lamp.radiance=[1, 1, 1]"]);
+    }
+}
+
+#[test]
 fn a_relit_room_is_seen_with_its_own_lamps_and_walls() {
     let folder = solved();
     let changes =

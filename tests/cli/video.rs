@@ -123,6 +123,20 @@ fn a_program_that_gives_up_later_leaves_the_old_video() {
 }
 
 #[test]
+fn a_video_may_go_into_the_folder_that_is_made_for_the_pictures() {
+    let folder = with_program(KEEPS);
+    let turn = ["-o", "f/%d.png", "--turntable", "2", "--video", "./f/a.mp4", "--stats", "f/a.json"];
+    let run = run(&folder, &turn);
+    assert_eq!(run.code, 0, "{run:?}");
+    let mut names: Vec<_> = std::fs::read_dir(folder.path("f"))
+        .expect("the folder")
+        .map(|entry| entry.expect("a file").file_name().into_string().expect("a name"))
+        .collect();
+    names.sort();
+    assert_eq!(names, ["1.png", "2.png", "a.json", "a.mp4"]);
+}
+
+#[test]
 fn a_video_that_cannot_be_written_is_found_first() {
     let folder = with_program(KEEPS);
     let run = run(&folder, &["-o", "%d.png", "--turntable", "3", "--video", "no/a.mp4"]);

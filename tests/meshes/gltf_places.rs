@@ -166,6 +166,21 @@ fn of_several_scenes_the_default_one_counts_then_the_first_then_all_nodes() {
 }
 
 #[test]
+fn meshes_without_nodes_and_scenes_stand_at_the_origin() {
+    let mut square = square();
+    let all = square.json.as_object_mut().expect("an object");
+    all.retain(|key, _| !["nodes", "scenes", "scene"].contains(&key.as_str()));
+    let again = square.json["meshes"][0].clone();
+    push(&mut square.json["meshes"], again);
+    let scene = square.scene();
+    assert_eq!((scene.counts.triangles_initial, area(&scene)), (4, 1.0));
+    assert_warned(&scene, &["2 mesh(es) without a scene", "at the origin"]);
+    // Nodes that show none, or a scene without nodes, are an answer too.
+    square.json["nodes"] = json!([{"name": "none"}]);
+    refused(&[("a.glb", &square.glb())], SceneErrorKind::Invalid, "a.glb: no triangles");
+}
+
+#[test]
 fn nodes_that_are_no_tree_are_refused() {
     let cycle = with_nodes(json!([{"children": [1]}, {"name": "round", "children": [0], "mesh": 0}]));
     refused(
@@ -221,7 +236,7 @@ fn repeated_meshes_are_as_many_as_the_limit_says() {
     refused(
         &[("a.glb", &square.glb())],
         SceneErrorKind::Invalid,
-        "a.glb: mesh 0 'Floor', primitive 0: more than 16777216 triangles, with all that nodes repeat; split",
+        "a.glb: mesh 0 'Floor': more than 16777216 triangles, with all that nodes repeat; split",
     );
 }
 

@@ -5,6 +5,7 @@ mod files;
 mod gltf;
 mod gltf_places;
 mod gltf_refused;
+mod painted_light;
 mod ply;
 mod round_trip;
 mod textures;

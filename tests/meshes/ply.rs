@@ -55,6 +55,23 @@ fn text_and_binary_of_both_orders_give_the_same_square() {
 }
 
 #[test]
+fn numbers_comments_and_lines_may_be_written_in_any_way() {
+    let expected = corners(&scene("a.ply", text().as_bytes()));
+    let other = text()
+        .replace(SQUARE, "0 .0 0.\n0 -.0 +1\n+1. 0 1.0e0\n10.e-1 0 0\n+4 0 1 2 3\n")
+        .replace("of a test", "of a caf\u{e9}");
+    let latin: Vec<u8> = other.chars().map(|c| c as u8).collect();
+    for file in [other.clone().into_bytes(), latin, other.replace('\n', "\r").into_bytes()] {
+        assert_eq!(corners(&scene("a.ply", &file)), expected);
+    }
+    // Data after a header with CR alone.
+    let crlf = binary(false);
+    let end = crlf.windows(12).position(|twelve| twelve == b"end_header\r\n").expect("a header") + 12;
+    let head: Vec<u8> = crlf[..end].iter().copied().filter(|&byte| byte != b'\n').collect();
+    assert_eq!(corners(&scene("a.ply", &[&head, &crlf[end..]].concat())), expected);
+}
+
+#[test]
 fn a_polygon_is_split_and_keeps_together() {
     let file = text()
         .replace("vertex 4", "vertex 6")

@@ -16,7 +16,7 @@ fn quarters() -> RgbImage {
     RgbImage::from_fn(2, 2, |x, y| Rgb(texels[(2 * y + x) as usize]))
 }
 
-fn encoded(picture: &RgbImage, format: ImageFormat) -> Vec<u8> {
+pub(crate) fn encoded(picture: &RgbImage, format: ImageFormat) -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
     picture.write_to(&mut bytes, format).expect("a picture");
     bytes.into_inner()
@@ -131,6 +131,27 @@ fn a_jpeg_is_read_too_and_emission_is_even() {
     assert_near(material(&scene, 0).reflectance, [0.2515, 0.2515, 0.4023]);
     assert_near(material(&scene, 0).radiance, [0.503, 0.2515, 0.0]);
     assert_warned(&scene, &["even", "'paint'"]);
+}
+
+#[test]
+fn emission_of_an_mtl_with_a_picture_is_even_and_never_silently_dark() {
+    let obj = b"mtllib a.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n";
+    let picture = encoded(&quarters(), ImageFormat::Png);
+    for (mtl, expected, words) in [
+        ("Kd 0.5\nKe 4 8 8\nmap_Ke glow.png", [2.0, 2.0, 4.0], "is even"),
+        ("Kd 0.5\nmap_Ke -clamp on glow.png # bright", [0.5, 0.25, 0.5], "is even"),
+        ("Kd 0.5\nKe 0 0 0\nmap_Ke glow.png", [0.0; 3], "nothing is emitted"),
+        ("Kd 0.5\nKe 4 8 8\nmap_Ke none.png", [4.0, 8.0, 8.0], "1 texture(s) missing"),
+        ("Kd 0.5\nmap_Ke none.png", [0.0; 3], "1 texture(s) missing"),
+    ] {
+        let mtl = format!("newmtl a\n{mtl}\n");
+        let files = Files::new(&[("a.obj", obj), ("a.mtl", mtl.as_bytes()), ("glow.png", &picture)]);
+        let scene = files.load().unwrap_or_else(|error| panic!("{error}"));
+        assert_near(scene.materials[0].radiance, expected);
+        assert_near(scene.materials[0].reflectance, [0.5; 3]);
+        assert_warned(&scene, &["a.mtl: ", words]);
+        assert_eq!(scene.files.contains(&files.path("glow.png")), mtl.contains("glow.png"), "{mtl}");
+    }
 }
 
 #[test]

@@ -155,6 +155,10 @@ async function looked(browser, folder, name, file, { isWalked, expected, told = 
 
 /** Whether everything can be reached by keyboard. */
 async function reachable(page) {
+  const isDead = () => page.$eval("#speed", slider => slider.disabled);
+  const complaints = (await isDead()) ? [] : ["the speed can be set in orbit, where there is none"];
+  await page.$eval("input[value=fly]", radio => radio.click());
+  if (await isDead()) complaints.push("the speed cannot be set while flying");
   const reached = new Set();
   for (let i = 0; i < 25; i += 1) {
     await page.keyboard.press("Tab");
@@ -164,7 +168,8 @@ async function reachable(page) {
     }));
   }
   const wanted = ["view", "summary", "camera", "back", "move", "speed", "stops", "tone", "mesh", "classes"];
-  return wanted.filter(id => !reached.has(id)).map(id => `not reached by keyboard: ${id}`);
+  complaints.push(...wanted.filter(id => !reached.has(id)).map(id => `not reached by keyboard: ${id}`));
+  return complaints;
 }
 
 /** What is wrong with the page on a phone or in the dark; screenshots with the controls. */
@@ -197,6 +202,17 @@ async function laidOut(browser, folder, name, file, view) {
     await new Promise(done => setTimeout(done, 300));
     await page.touchscreen.touchEnd();
     await moved("a button held");
+    for (const key of ["Enter", "Space"]) {
+      await page.$eval("#back", button => button.click());
+      await page.focus("#pad [data-key=KeyW]");
+      await page.keyboard.down(key);
+      await new Promise(done => setTimeout(done, 300));
+      await page.keyboard.up(key);
+      await moved(`${key} on a button`);
+      const halted = await picture(page);
+      await new Promise(done => setTimeout(done, 200));
+      if (Buffer.compare(halted, await picture(page)) !== 0) complaints.push(`phone, ${key} on a button: it does not stop`);
+    }
     await page.screenshot({ path: join(folder, `${shot}-closed.png`) });
   }
   await page.evaluate(() => {

@@ -117,6 +117,8 @@ async function show() {
     if (name === "tone") uniforms.filmic.value = value === "filmic";
     if (name === "move") {
       walker.isFlying = value === "fly";
+      // In orbit there is no speed: turns are turns.
+      found("speed").disabled = !walker.isFlying;
       // Keys are for those who have some.
       found("pad").hidden = !(walker.isFlying && matchMedia("(pointer: coarse)").matches);
     }
@@ -153,6 +155,12 @@ async function show() {
       button.addEventListener(name, () => walker.held.delete(button.dataset.key));
     }
     button.addEventListener("contextmenu", event => event.preventDefault());
+    button.addEventListener("keydown", event => {
+      if (["Enter", "Space"].includes(event.code)) hold(event);
+    });
+    for (const name of ["keyup", "blur"]) {
+      button.addEventListener(name, () => walker.held.delete(button.dataset.key));
+    }
   }
   const shortcuts = {
     KeyO: () => choose("move", "orbit"), KeyF: () => choose("move", "fly"), KeyR: () => goTo(found("camera").value),

@@ -14,11 +14,11 @@ use super::super::toml_file::is_position;
 use super::nodes::Placed;
 
 /// More cameras of one file than anybody chooses from.
-const MOST_CAMERAS: usize = 1000;
+pub(super) const MOST_CAMERAS: usize = 1000;
 /// Most pixels along one side of a picture.
 const MOST_PIXELS: f64 = 16_384.0;
 
-/// The cameras of nodes in a scene with these positions; what cannot see is left out, with a warning.
+/// The cameras of these nodes in a scene with these positions; what cannot see is left out, with a warning.
 pub(super) fn cameras(
     file: &str,
     root: &Root,

@@ -60,19 +60,19 @@ pub(super) struct Container {
 /// All kinds of [`SceneError`].
 pub(super) fn read(path: &Path, warnings: &mut Vec<String>) -> Result<Container, SceneError> {
     let mut bytes = read_whole(path, MOST_BYTES)?;
-    let mut binary = None;
-    let mut json = None;
-    if bytes.starts_with(b"glTF") {
-        let (text, rest) = chunks(&bytes).map_err(|what| SceneError::parse(path, None, what))?;
-        json = Some(bytes[text].to_vec());
-        let Range { start, end } = rest.unwrap_or(0..0);
+    let (text, binary) = match bytes.starts_with(b"glTF") {
+        true => chunks(&bytes).map_err(|what| SceneError::parse(path, None, what))?,
+        false => (0..bytes.len(), None),
+    };
+    let text = &bytes[text];
+    let mut root = parse(path, text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text))?;
+    // Of the text nothing is kept.
+    let binary = binary.map(|Range { start, end }| {
         bytes.truncate(end);
         bytes.drain(..start);
-        binary = Some(std::mem::take(&mut bytes));
-    }
-    let json = json.unwrap_or(bytes);
-    let text = json.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&json);
-    let mut root = parse(path, text)?;
+        bytes.shrink_to_fit();
+        bytes
+    });
     check_extensions(path, &root, warnings)?;
     // They are checked above; the crate knows fewer.
     root.extensions_required.clear();

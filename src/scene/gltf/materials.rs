@@ -7,6 +7,7 @@ use gltf_json::material::AlphaMode;
 use gltf_json::texture::Info;
 use gltf_json::validation::Checked;
 use gltf_json::{Material, Root};
+use serde::Deserialize;
 
 use super::super::draft::{DEFAULT_GREY, Draft, DraftMaterial, Origin, UNNAMED_MATERIAL};
 use super::super::error::{SceneError, name_list, quoted};
@@ -28,6 +29,27 @@ pub(super) struct Materials {
 pub(super) struct Surface {
     pub(super) material: u32,
     pub(super) layer: Option<Layer>,
+    pub(super) baked: Option<Baked>,
+}
+
+/// What a surface reflects and emits whose colours are light, as our own models say it.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub(super) struct Baked {
+    reflectance: [f32; 3],
+    radiance: [f32; 3],
+    /// Whether there is its other side too, in the same place.
+    pub(super) back: bool,
+}
+
+impl Baked {
+    fn of(material: &Material) -> Option<Baked> {
+        #[derive(Deserialize)]
+        struct Extras {
+            lightshaft: Baked,
+        }
+        let extras: Extras = serde_json::from_str(material.extras.as_ref()?.get()).ok()?;
+        Some(extras.lightshaft)
+    }
 }
 
 /// What a diffuse renderer makes of something, and the materials that have it.
@@ -45,13 +67,15 @@ const DARK: &str = "textures of emission are missing, so nothing is emitted by m
 const EVEN: &str = "emission with a texture is even, the mean of the texture, of material(s)";
 const OPAQUE: &str = "surfaces are opaque, though transparent in the file, of material(s)";
 const UNLIT: &str = "colours of unlit surfaces are taken for reflectance, of material(s)";
+const BAKED: &str = "the light in the colours is left out, and surfaces reflect and emit, on one of both sides, what they did when it was \
+     computed, of material(s)";
 const ONE_SIDE: &str =
     "light leaves the front of surfaces only, though both sides emit in the file, of material(s)";
 
 impl Materials {
     pub(super) fn new(root: &Root) -> Materials {
-        let remarks =
-            [UNTEXTURED, DARK, EVEN, OPAQUE, UNLIT, ONE_SIDE].map(|what| Remark { what, names: Vec::new() });
+        let remarks = [UNTEXTURED, DARK, EVEN, OPAQUE, UNLIT, BAKED, ONE_SIDE]
+            .map(|what| Remark { what, names: Vec::new() });
         Materials {
             of_file: vec![None; root.materials.len()],
             unnamed: None,
@@ -77,7 +101,7 @@ impl Materials {
                 let grey = [DEFAULT_GREY; 3];
                 draft.add_material(DraftMaterial::of_mesh(UNNAMED_MATERIAL, grey, [0.0; 3], Origin::Unnamed))
             });
-            return Ok(Surface { material, layer: None });
+            return Ok(Surface { material, layer: None, baked: None });
         };
         if let Some(known) = &self.of_file[index] {
             return Ok(known.clone());
@@ -85,13 +109,13 @@ impl Materials {
         let material = &root.materials[index];
         let name = material.name.clone().filter(|name| !name.is_empty());
         let name = name.unwrap_or_else(|| format!("material{index}"));
-        let mut layer = None;
+        let (mut layer, baked) = (None, Baked::of(material));
         let (reflectance, radiance) =
-            self.surface(material, &name, pictures, &mut layer).map_err(|what| {
+            self.surface(material, &name, baked, pictures, &mut layer).map_err(|what| {
                 SceneError::invalid(path, None, format!("material {index} {}: {what}", quoted(&name)))
             })?;
         let added = DraftMaterial::of_mesh(&name, reflectance, radiance, Origin::Given);
-        let surface = Surface { material: draft.add_material(added), layer };
+        let surface = Surface { material: draft.add_material(added), layer, baked };
         self.of_file[index] = Some(surface.clone());
         Ok(surface)
     }
@@ -101,9 +125,16 @@ impl Materials {
         &mut self,
         material: &Material,
         name: &str,
+        baked: Option<Baked>,
         pictures: &mut Pictures<'_>,
         layer: &mut Option<Layer>,
     ) -> Result<([f64; 3], [f64; 3]), String> {
+        if let Some(Baked { reflectance, radiance, back }) = baked {
+            if !back {
+                self.remark(BAKED, name);
+            }
+            return Ok((colour(reflectance, "reflectance")?, colour(radiance, "radiance")?));
+        }
         let extensions = material.extensions.as_ref();
         let pbr = &material.pbr_metallic_roughness;
         let glossy = extensions.and_then(|extensions| extensions.pbr_specular_glossiness.as_ref());

@@ -12,14 +12,34 @@ mod primitives;
 
 use std::path::Path;
 
-use gltf_json::Root;
+use glam::DMat4;
+use gltf_json::{Node, Root};
 
 use self::buffers::Buffers;
-use self::nodes::Placed;
+use self::cameras::MOST_CAMERAS;
 use self::primitives::Meshes;
 use super::draft::Draft;
 use super::error::SceneError;
 use crate::progress::Progress;
+
+/// How many nodes hold what is not read.
+#[derive(Default)]
+struct Held {
+    lights: usize,
+    skinned: usize,
+    morphed: usize,
+}
+
+impl Held {
+    fn count(&mut self, root: &Root, node: &Node) {
+        let has_light = node.extensions.as_ref().is_some_and(|ext| ext.khr_lights_punctual.is_some());
+        self.lights += usize::from(has_light);
+        let Some(mesh) = node.mesh else { return };
+        self.skinned += usize::from(node.skin.is_some());
+        let primitives = &root.meshes[mesh.value()].primitives;
+        self.morphed += usize::from(primitives.iter().any(|primitive| primitive.targets.is_some()));
+    }
+}
 
 impl Draft {
     /// Adds the default scene of a glTF or GLB file.
@@ -32,15 +52,33 @@ impl Draft {
         let root = container.root;
         let buffers = Buffers::read(path, &root, container.binary)?;
         self.files.extend(buffers.files.iter().cloned());
-        let placed = nodes::placed(path, &root)?;
-        progress.start("load", placed.len() as u64);
+        progress.start("load", root.nodes.len() as u64);
         let first = self.positions.len();
         let mut meshes = Meshes::new(path, &root, &buffers, self.picture_room);
-        for Placed { node, world } in &placed {
-            if let Some(mesh) = root.nodes[*node].mesh {
-                meshes.add(self, mesh.value(), *world)?;
+        meshes.check_room()?;
+        let (mut held, mut lenses) = (Held::default(), Vec::new());
+        nodes::visit(path, &root, |placed| {
+            let node = &root.nodes[placed.node];
+            held.count(&root, node);
+            if let Some(mesh) = node.mesh {
+                meshes.add(self, mesh.value(), placed.world)?;
+            }
+            // One too many tells that there are.
+            if node.camera.is_some() && lenses.len() <= MOST_CAMERAS {
+                lenses.push(placed);
             }
             progress.advance(1);
+            Ok(())
+        })?;
+        if nodes::is_without_scene(&root) && !root.meshes.is_empty() {
+            for mesh in 0..root.meshes.len() {
+                meshes.add(self, mesh, DMat4::IDENTITY)?;
+            }
+            self.warnings.push(format!(
+                "{}: {} mesh(es) without a scene, which stand at the origin",
+                path.display(),
+                root.meshes.len()
+            ));
         }
         self.files.append(&mut meshes.pictures.files);
         self.picture_room = meshes.pictures.room;
@@ -54,18 +92,15 @@ impl Draft {
             self.warnings.push(format!("{file}: {count} primitive(s) without positions skipped"));
         }
         meshes.materials.warn(path, &mut self.warnings);
-        self.remark_gltf(&file, &root, &placed);
-        let seen = cameras::cameras(&file, &root, &placed, &self.positions[first..], &mut self.warnings);
+        self.remark_gltf(&file, &root, &held);
+        let seen = cameras::cameras(&file, &root, &lenses, &self.positions[first..], &mut self.warnings);
         self.add_cameras(seen);
         Ok(())
     }
 
     /// Warnings about what the nodes hold and we do not read.
-    fn remark_gltf(&mut self, file: &str, root: &Root, placed: &[Placed]) {
-        let nodes = || placed.iter().map(|placed| &root.nodes[placed.node]);
-        let lights = nodes()
-            .filter(|node| node.extensions.as_ref().is_some_and(|ext| ext.khr_lights_punctual.is_some()))
-            .count();
+    fn remark_gltf(&mut self, file: &str, root: &Root, held: &Held) {
+        let &Held { lights, skinned, morphed } = held;
         if lights > 0 {
             self.pointlike_lights += lights;
             self.warnings.push(format!(
@@ -73,11 +108,6 @@ impl Draft {
                  with emissive materials"
             ));
         }
-        let meshes = || nodes().filter_map(|node| Some((node, &root.meshes[node.mesh?.value()])));
-        let skinned = meshes().filter(|(node, _)| node.skin.is_some()).count();
-        let morphed = meshes()
-            .filter(|(_, mesh)| mesh.primitives.iter().any(|primitive| primitive.targets.is_some()))
-            .count();
         for (count, what) in [(skinned, "skinned"), (morphed, "morphed")] {
             if count > 0 {
                 self.warnings.push(format!("{file}: {count} {what} mesh(es) taken as they are at rest"));

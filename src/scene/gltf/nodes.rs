@@ -1,10 +1,11 @@
 //! The tree of nodes: where each mesh and camera stands.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use glam::{DMat4, DQuat, DVec3, DVec4};
-use gltf_json::Root;
 use gltf_json::scene::Node;
+use gltf_json::{Index, Root};
 
 use super::super::error::{SceneError, quoted};
 
@@ -14,38 +15,39 @@ pub(super) struct Placed {
     pub(super) world: DMat4,
 }
 
-/// All nodes of the default scene, parents before children; of the first scene where none is the default, and of all nodes
-/// without parents where there is no scene.
+/// Visits all nodes of the default scene, parents before children; of the first scene where none is the default, and of all
+/// nodes without parents where there is no scene. What is remembered are the nodes above the one that is visited.
 ///
 /// # Errors
-/// [`SceneError::Parse`] where the nodes are no trees or a transformation makes no sense.
-pub(super) fn placed(path: &Path, root: &Root) -> Result<Vec<Placed>, SceneError> {
+/// [`SceneError::Parse`] where the nodes are no trees or a transformation makes no sense; those of `visit`.
+pub(super) fn visit(
+    path: &Path,
+    root: &Root,
+    mut visit: impl FnMut(Placed) -> Result<(), SceneError>,
+) -> Result<(), SceneError> {
     let scene = root
         .scene
         .map(|scene| scene.value())
         .and_then(|scene| root.scenes.get(scene))
         .or(root.scenes.first());
-    let tops: Vec<usize> = match scene {
-        Some(scene) => scene.nodes.iter().map(|node| node.value()).collect(),
-        None => orphans(root),
-    };
+    let tops = scene.map_or_else(|| Cow::Owned(orphans(root)), |scene| Cow::Borrowed(&scene.nodes[..]));
     let fault = |index: usize, what: &str| {
         let name = quoted(root.nodes[index].name.as_deref().unwrap_or_default());
         SceneError::parse(path, None, format!("node {index} {name}: {what}; export it again"))
     };
-    // Each is checked before it waits: a list that names one node many times takes no memory.
     let mut is_reached = vec![false; root.nodes.len()];
-    let mut reach = |node: usize| match std::mem::replace(&mut is_reached[node], true) {
-        true => Err(fault(node, "has two parents or is its own ancestor")),
-        false => Ok(()),
-    };
-    let mut waiting = Vec::new();
-    for &node in tops.iter().rev() {
-        reach(node)?;
-        waiting.push(Placed { node, world: DMat4::IDENTITY });
-    }
-    let mut placed = Vec::new();
-    while let Some(Placed { node: index, world: parent }) = waiting.pop() {
+    // Nodes that are still to be visited on each level, and where their parent stands.
+    let mut levels = vec![(tops.iter(), DMat4::IDENTITY)];
+    while let Some((left, parent)) = levels.last_mut() {
+        let (next, parent) = (left.next(), *parent);
+        // A level without more of them is left at once, so that a chain takes no room.
+        if left.len() == 0 {
+            levels.pop();
+        }
+        let Some(index) = next.map(|index| index.value()) else { continue };
+        if std::mem::replace(&mut is_reached[index], true) {
+            return Err(fault(index, "has two parents or is its own ancestor"));
+        }
         let node = &root.nodes[index];
         let world = match local(node) {
             Some(local) => parent * local,
@@ -54,22 +56,26 @@ pub(super) fn placed(path: &Path, root: &Root) -> Result<Vec<Placed>, SceneError
         if !world.is_finite() {
             return Err(fault(index, "its transformation is not finite or too large"));
         }
-        for child in node.children.iter().flatten().rev() {
-            reach(child.value())?;
-            waiting.push(Placed { node: child.value(), world });
+        visit(Placed { node: index, world })?;
+        if let Some(children) = &node.children {
+            levels.push((children.iter(), world));
         }
-        placed.push(Placed { node: index, world });
     }
-    Ok(placed)
+    Ok(())
+}
+
+/// Whether there is nothing that says where meshes stand.
+pub(super) fn is_without_scene(root: &Root) -> bool {
+    root.nodes.is_empty() && root.scenes.is_empty()
 }
 
 /// Nodes that are no children.
-fn orphans(root: &Root) -> Vec<usize> {
+fn orphans(root: &Root) -> Vec<Index<Node>> {
     let mut is_child = vec![false; root.nodes.len()];
     for child in root.nodes.iter().flat_map(|node| node.children.iter().flatten()) {
         is_child[child.value()] = true;
     }
-    (0..root.nodes.len()).filter(|&node| !is_child[node]).collect()
+    (0..root.nodes.len()).filter(|&node| !is_child[node]).map(|node| Index::new(node as u32)).collect()
 }
 
 /// The transformation of a node in its parent; none when its rotation is zero.

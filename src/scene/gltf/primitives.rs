@@ -16,6 +16,7 @@ use super::super::toml_file::is_position;
 use super::accessor::Values;
 use super::buffers::Buffers;
 use super::materials::{Materials, Surface};
+use super::nodes;
 use super::pictures::{Pictures, Places};
 
 /// Most triangles whatever the file is: nodes that repeat a mesh make them of next to nothing.
@@ -36,7 +37,6 @@ pub(super) struct Meshes<'a> {
     pub(super) skipped: u64,
     /// Primitives without positions, which the format lets readers skip.
     pub(super) without_positions: u64,
-    triangles: u64,
 }
 
 /// Corners of the triangles of a primitive: numbers of its vertices, three by three.
@@ -56,8 +56,58 @@ impl<'a> Meshes<'a> {
             painter: Painter::default(),
             skipped: 0,
             without_positions: 0,
-            triangles: 0,
         }
+    }
+
+    /// Counts what all nodes make of the meshes before any of it is made.
+    ///
+    /// # Errors
+    /// [`SceneError::Invalid`] when it is too much; those of [`nodes::visit`].
+    pub(super) fn check_room(&self) -> Result<(), SceneError> {
+        let (path, root) = (self.path, self.root);
+        let of_mesh: Vec<u64> = root
+            .meshes
+            .iter()
+            .map(|mesh| mesh.primitives.iter().map(|primitive| self.triangles(primitive)).sum())
+            .collect();
+        let most = LEAST_ROOM.max(self.buffers.total());
+        let mut all = 0u64;
+        let mut add = |mesh: usize| {
+            all = all.saturating_add(of_mesh[mesh]);
+            if all <= most {
+                return Ok(());
+            }
+            let name = quoted(root.meshes[mesh].name.as_deref().unwrap_or_default());
+            let message = format!(
+                "mesh {mesh} {name}: more than {most} triangles, with all that nodes repeat; split the scene"
+            );
+            Err(SceneError::invalid(path, None, message))
+        };
+        if nodes::is_without_scene(root) {
+            return (0..root.meshes.len()).try_for_each(add);
+        }
+        nodes::visit(path, root, |placed| {
+            root.nodes[placed.node].mesh.map_or(Ok(()), |mesh| add(mesh.value()))
+        })
+    }
+
+    /// Of a primitive; of one that is refused later, none.
+    fn triangles(&self, primitive: &Primitive) -> u64 {
+        let positions = primitive.attributes.get(&Checked::Valid(Semantic::Positions));
+        let (Some(&positions), Checked::Valid(mode)) = (positions, primitive.mode) else { return 0 };
+        let count = |index| self.values(index).ok().map(|values| (values.count, values.is_stored()));
+        let Some((vertices, is_stored)) = count(positions) else { return 0 };
+        if !is_stored && vertices > MOST_ZEROS {
+            return 0;
+        }
+        let corners = match primitive.indices {
+            None => vertices,
+            Some(indices) => match count(indices) {
+                Some((corners, true)) => corners,
+                _ => return 0,
+            },
+        };
+        triangles_of(mode, corners) as u64
     }
 
     /// Adds all primitives of a mesh, transformed.
@@ -99,8 +149,13 @@ impl<'a> Meshes<'a> {
         }
         let Some(mut corners) = self.corners(primitive, &positions, place)? else { return Ok(()) };
         let index = primitive.material.map(|index| index.value());
-        let Surface { mut material, layer } =
+        let Surface { mut material, layer, baked } =
             self.materials.get(draft, path, self.root, &mut self.pictures, index)?;
+        if baked.is_some_and(|baked| baked.back) {
+            return Ok(());
+        }
+        // Of what is baked they are light.
+        let colours = colours.filter(|_| baked.is_none());
         let places = match layer {
             Some(layer) => {
                 let mean = layer.picture.texture.mean();
@@ -202,14 +257,7 @@ impl<'a> Meshes<'a> {
             let what = format!("claims {} vertices and stores none; export it again", positions.count);
             return Err(malformed(what));
         }
-        let triangles = if mode == Mode::Triangles { count / 3 } else { count.saturating_sub(2) };
-        self.triangles = self.triangles.saturating_add(triangles as u64);
-        let most = LEAST_ROOM.max(self.buffers.total());
-        if self.triangles > most {
-            let message =
-                format!("{place}: more than {most} triangles, with all that nodes repeat; split the scene");
-            return Err(SceneError::invalid(path, None, message));
-        }
+        let triangles = triangles_of(mode, count);
         if mode == Mode::Triangles && count % 3 != 0 {
             return Err(malformed(format!("{count} corners are no triangles; export it again")));
         }
@@ -231,6 +279,15 @@ impl<'a> Meshes<'a> {
         };
         let corners: Result<Corners, SceneError> = (0..triangles).flat_map(order).map(corner).collect();
         corners.map(Some)
+    }
+}
+
+/// How many triangles so many corners are.
+fn triangles_of(mode: Mode, corners: usize) -> usize {
+    match mode {
+        Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => 0,
+        Mode::Triangles => corners / 3,
+        Mode::TriangleStrip | Mode::TriangleFan => corners.saturating_sub(2),
     }
 }
 
