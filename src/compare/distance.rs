@@ -3,13 +3,17 @@
 use crate::tracer::{Segment, TraceMesh};
 use glam::DVec3;
 
+/// Of what rounding does to a point: what it does to the moment of a line about an edge, some ten roundings of single precision.
+const MOMENT: f64 = 0.25;
+
 /// Whether rounding may decide on which side of the edges of a facet a line passes that sees it nearly edge-on.
 /// `rounding` is a local length.
 ///
 /// A tracer tells the sides by the moment of the line about each edge: how far the line is from that of the edge, times
-/// the sine of their angle. Rounding changes it by as much as it moves a point, so that for a line along an
-/// edge it is worth a greater distance. True where some triangle would be met with no moment changed by more,
-/// and not be met with one on the outline changed by as much.
+/// the sine of their angle. Rounding changes it by less than it moves a point, but for a line along an
+/// edge that is worth a greater distance. True where the line passes no further than `rounding` from the lines through all
+/// edges of a triangle, as seen along it; and where some triangle would be met with no moment changed by more than rounding
+/// does, and not be met with one on the outline changed by as much.
 pub(super) fn is_edge_on(
     mesh: &TraceMesh,
     facet: u32,
@@ -26,9 +30,10 @@ pub(super) fn is_edge_on(
             let edge = (at(to) - at(from)).normalize_or_zero();
             edge.cross(direction).dot(at(from) - origin)
         });
-        let may_meet = moments.iter().all(|&m| m >= -rounding) || moments.iter().all(|&m| m <= rounding);
-        let may_pass = (0..3).any(|i| moments[i].abs() <= rounding && is_on_outline(triangles, edges[i]));
-        may_meet && may_pass
+        let change = MOMENT * rounding;
+        let may_meet = moments.iter().all(|&m| m >= -change) || moments.iter().all(|&m| m <= change);
+        let may_pass = (0..3).any(|i| moments[i].abs() <= change && is_on_outline(triangles, edges[i]));
+        may_meet && may_pass || moments.iter().all(|m| m.abs() <= rounding)
     })
 }
 
