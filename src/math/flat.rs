@@ -87,6 +87,11 @@ impl FlatPolygon {
         &self.corners[..self.count]
     }
 
+    /// Its area.
+    fn area(&self) -> f64 {
+        0.5 * self.edges().map(|(a, b)| a.perp_dot(b)).sum::<f64>()
+    }
+
     fn edges(&self) -> impl Iterator<Item = (DVec2, DVec2)> + '_ {
         let corners = self.corners();
         (0..corners.len()).map(|i| (corners[i], corners[(i + 1) % corners.len()]))
@@ -154,8 +159,13 @@ impl FlatRegion {
         FlatRegion { pieces: vec![polygon], next: Vec::new(), least }
     }
 
-    /// Takes a polygon away; whether anything is left.
+    /// Takes a polygon away; whether anything is left. A polygon without area takes nothing.
+    ///
+    /// What reaches no further than the least over the line of an edge is forgotten along with it.
     pub fn remove(&mut self, polygon: &FlatPolygon) -> bool {
+        if polygon.area() < SAME * SAME {
+            return !self.pieces.is_empty();
+        }
         self.next.clear();
         for piece in &self.pieces {
             if !polygon.overlaps(piece, 0.0) {
@@ -163,7 +173,8 @@ impl FlatRegion {
                 continue;
             }
             let mut rest = Some(*piece);
-            for (a, b) in polygon.edges() {
+            let sides = polygon.edges().filter(|(a, b)| a.distance_squared(*b) >= SAME * SAME);
+            for (a, b) in sides {
                 let Some(inner) = rest else { break };
                 let outward = (a - b).perp().normalize_or_zero();
                 self.next.extend(inner.beyond(outward, outward.dot(a), self.least));
@@ -172,5 +183,28 @@ impl FlatRegion {
         }
         std::mem::swap(&mut self.pieces, &mut self.next);
         !self.pieces.is_empty()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What stands across the plane, or has two corners in one place, has edges without length. It covers nothing.
+    #[test]
+    fn edges_without_length_take_nothing_away() {
+        let square = [(-0.5, 0.0), (0.5, 0.0), (0.5, 0.6), (-0.5, 0.6)].map(DVec2::from);
+        let plate = [(-0.2, 0.1), (0.3, 0.1), (0.3, 0.1), (-0.2, 0.1)].map(DVec2::from);
+        let sliver = [(0.1, 0.1), (0.1, 0.1), (0.3, 0.4)].map(DVec2::from);
+        let mut triangle = [(0.1, 0.1), (0.1, 0.1), (0.3, 0.4), (0.1, 0.4)].map(DVec2::from);
+        for _ in 0..4 {
+            for (outline, area) in [(&plate[..], 0.6), (&sliver[..], 0.6), (&triangle[..], 0.57)] {
+                let mut region = FlatRegion::new(FlatPolygon::new(&square), 2e-6);
+                assert!(region.remove(&FlatPolygon::new(outline)));
+                let left: f64 = region.pieces.iter().map(FlatPolygon::area).sum();
+                assert!((left - area).abs() < 1e-9, "{outline:?}: {left}");
+            }
+            triangle.rotate_left(1);
+        }
     }
 }

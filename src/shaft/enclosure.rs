@@ -1,9 +1,10 @@
 //! Walls in several planes that hide what is in a room from what is elsewhere.
 //!
-//! A segment that leaves a convex cell does so through one of its walls, at a point that is in the cell. On
-//! each wall those points lie in the hull of where segments from the corners cross its plane, cut to the cell. If facets in the
-//! plane cover that on all walls, nothing gets out. What they leave open are gaps, such as doors: the segments go on from
-//! there, and have to be hidden from where they end by a single plane, or by the walls of the room in which they end.
+//! A segment that leaves a convex cell does so through one of its walls, at a point that is in the cell. On each wall
+//! those points lie in the hull of where segments from the corners cross its plane, cut to the cell. If facets in the
+//! plane cover that on all walls, nothing gets out. What they leave open are gaps, such as doors: the segments go on
+//! from there, and have to be hidden from where they end by a single plane, or by the walls of the room in which they
+//! end.
 
 use super::blocker::has_facet_in;
 use super::fusion::{Octagon, blocks_together, gaps_in};
@@ -88,6 +89,9 @@ impl Occupant<'_> {
 
 /// What the walls of a cell leave open between what is in it and a goal outside; `None` where that cannot be told, or
 /// there is too much of it.
+///
+/// All of the goal lies beyond one of the walls, so that every segment is out of the cell before it ends: surfaces of
+/// the goal in the planes of other walls are out of the cell, too, and see no more for it.
 fn gaps_around(
     hierarchy: &Hierarchy,
     cell: &Cell,
@@ -104,9 +108,9 @@ fn gaps_around(
             continue;
         }
         if inner.has_facet_in(hierarchy, wall) {
-            // An element sends nothing through the wall that it is on, but for one on its far side.
+            // An element on the inner side of a wall sends nothing through it; one on the outer side does.
             match inner.side {
-                Some(side) if side.normal.dot(wall.normal) < 0.0 => continue,
+                Some(side) if side.normal.dot(wall.normal) < -0.5 => continue,
                 _ => return None,
             }
         }

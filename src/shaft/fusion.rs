@@ -22,8 +22,12 @@ const MOST_PIECES: usize = 32;
 /// Whether the facets in the plane of `facet` together block every segment from a corner of the receiver to a
 /// corner of the source.
 pub fn blocks_together(hierarchy: &Hierarchy, facet: u32, receiver: &[DVec3], source: &[DVec3]) -> bool {
-    let plane = &hierarchy.facets[facet as usize].plane;
-    let axes = Axes::along(&hierarchy.polygon(facet), plane);
+    let (plane, outline) = (&hierarchy.facets[facet as usize].plane, hierarchy.polygon(facet));
+    // Without an area its plane is any.
+    if outline.area() <= 0.0 {
+        return false;
+    }
+    let axes = Axes::along(&outline, plane);
     let mut hull = Octagon::EMPTY;
     let is_crossed = all_crossings(plane, receiver, source, |crossing| {
         hull.add(axes.flat(crossing));
@@ -34,8 +38,8 @@ pub fn blocks_together(hierarchy: &Hierarchy, facet: u32, receiver: &[DVec3], so
     gaps.is_some_and(|gaps| gaps.is_empty())
 }
 
-/// What no facet in a plane covers of a polygon in it; `None` where that takes too long to tell. `first` is a facet to begin
-/// with.
+/// What no facet in a plane covers of a polygon in it; `None` where that takes too long to tell. `first` is a facet to
+/// begin with.
 pub(super) fn gaps_in(
     hierarchy: &Hierarchy,
     plane: &Plane,
