@@ -3,16 +3,17 @@
 use crate::tracer::{Segment, TraceMesh};
 use glam::DVec3;
 
-/// Of what rounding does to a point: what it does to the moment of a line about an edge, some ten roundings of single precision.
+/// What rounding does to the moment of a line about an edge, as a share of what it does to a point: some ten roundings
+/// of single precision.
 const MOMENT: f64 = 0.25;
 
 /// Whether rounding may decide on which side of the edges of a facet a line passes that sees it nearly edge-on.
 /// `rounding` is a local length.
 ///
 /// A tracer tells the sides by the moment of the line about each edge: how far the line is from that of the edge, times
-/// the sine of their angle. Rounding changes it by less than it moves a point, but for a line along an
-/// edge that is worth a greater distance. True where the line passes no further than `rounding` from the lines through all
-/// edges of a triangle, as seen along it; and where some triangle would be met with no moment changed by more than rounding
+/// the sine of their angle. Rounding changes it by less than it moves a point, but for a line along an edge that is
+/// worth a greater distance. True where the line passes no further than `rounding` from the lines through all edges of
+/// a triangle, as seen along it; and where some triangle would be met with no moment changed by more than rounding
 /// does, and not be met with one on the outline changed by as much.
 pub(super) fn is_edge_on(
     mesh: &TraceMesh,

@@ -72,8 +72,8 @@ impl<'a> Rooms<'a> {
     }
 
     /// The walls around a room, given its facets and the planes by which it was parted from others: in place of each
-    /// plane the wall among the facets that faces it best, and the plane itself where there is none. The front of each is
-    /// outside; there is one for each direction.
+    /// plane the largest wall among the facets on that side, and the plane itself where there is none. The front of
+    /// each is outside; there is one for each direction.
     pub(super) fn enclosure(&self, facets: &[u32], around: &[Plane]) -> Vec<Plane> {
         let mut enclosure: Vec<Plane> = Vec::new();
         let (bounds, walls) = (self.bounds(facets), self.walls(facets));
