@@ -190,11 +190,7 @@ impl LitScene<'_> {
     ) -> impl Iterator<Item = [Vertex; 3]> + 'o {
         let reflectance = self.solution.forest.reflectance(self.hierarchy, side);
         let side = self.solution.forest.side(side);
-        let plane = self.hierarchy.facets[side.facet as usize].plane;
-        let normal = if side.back { -plane.normal } else { plane.normal };
-        let material = self.hierarchy.material(side.facet);
-        let emitted =
-            if side.back { Vec3::ZERO } else { Vec3::from(material.radiance) * std::f32::consts::PI };
+        let (normal, emitted) = (self.hierarchy.side_normal(side), self.hierarchy.emitted(side));
         let meters = self.meters_per_local();
         outlines.iter().flat_map(move |outline| {
             let reflectance = reflectance.of(outline.element);

@@ -76,6 +76,9 @@ impl<'a> Rooms<'a> {
     /// each is outside; there is one for each direction.
     pub(super) fn enclosure(&self, facets: &[u32], around: &[Plane]) -> Vec<Plane> {
         let mut enclosure: Vec<Plane> = Vec::new();
+        if around.is_empty() {
+            return enclosure;
+        }
         let (bounds, walls) = (self.bounds(facets), self.walls(facets));
         // The last plane of a direction is the nearest.
         for plane in around.iter().rev() {

@@ -146,16 +146,11 @@ fn crossed_part(
         if beyond <= 0.0 {
             continue;
         }
-        for &from in inner {
+        // The goal itself may reach through the plane.
+        let behind = outer.iter().filter(|&&corner| wall.distance(corner) <= 0.0);
+        for &from in inner.iter().chain(behind) {
             let before = (-wall.distance(from)).max(0.0);
             hull.add(axes.flat(from + (to - from) * (before / (before + beyond))));
-        }
-        // The goal itself may reach through the plane.
-        for &other in outer {
-            let before = -wall.distance(other);
-            if before >= 0.0 {
-                hull.add(axes.flat(other + (to - other) * (before / (before + beyond))));
-            }
         }
     }
     let mut part = hull.widened();

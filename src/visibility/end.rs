@@ -2,7 +2,7 @@
 
 use crate::hierarchy::{Hierarchy, TOLERANCE};
 use crate::math::{Plane, Polygon, PolygonSampler};
-use crate::shaft::End;
+use crate::shaft::{End, Occupant};
 use glam::DVec3;
 
 /// A node of a pair.
@@ -27,6 +27,16 @@ impl NodeEnd<'_> {
         match self {
             NodeEnd::Element { polygon, plane, .. } => End::Polygon(polygon, *plane),
             NodeEnd::Cluster(node) => End::Box(hierarchy.nodes[*node as usize].bounds),
+        }
+    }
+
+    /// As the walls of rooms see it; `corners` are those of [`NodeEnd::shaft_end`].
+    pub(super) fn occupant<'c>(&self, hierarchy: &Hierarchy, corners: &'c [DVec3]) -> Occupant<'c> {
+        match self {
+            NodeEnd::Element { plane, facet, .. } => {
+                Occupant { corners, node: hierarchy.leaf(*facet), side: Some(*plane) }
+            }
+            NodeEnd::Cluster(node) => Occupant { corners, node: *node, side: None },
         }
     }
 

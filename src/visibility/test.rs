@@ -8,8 +8,7 @@ use super::{NodeEnd, Strategy, VisibilityOptions};
 use crate::hierarchy::{Hierarchy, Interval};
 use crate::math::Plane;
 use crate::shaft::{
-    MOST_FOUND, Occupant, Shaft, blocks_all, blocks_together, has_facet_in, intervals_of, large_facets_on,
-    walls_hide,
+    MOST_FOUND, Shaft, blocks_all, blocks_together, has_facet_in, intervals_of, large_facets_on, walls_hide,
 };
 use crate::tracer::{BruteTracer, Candidates, NO_FACET, Tracer};
 use glam::DVec3;
@@ -259,15 +258,14 @@ impl<'a> Tester<'a> {
             Class::Invisible => {
                 let (found, count) = self.large_facets_between(worker, pair);
                 let found = &found[..count];
-                verdict.blocker = found.first().copied().unwrap_or(NO_FACET);
                 let largest = found.first().copied();
+                verdict.blocker = largest.unwrap_or(NO_FACET);
                 let alone = found.iter().copied().find(|&f| self.is_blocked_by(worker, pair, f));
-                let together = || largest.filter(|&f| self.is_blocked_in_plane_of(worker, pair, f));
-                match alone.or_else(together) {
+                let proof = alone
+                    .or_else(|| largest.filter(|&f| self.is_blocked_in_plane_of(worker, pair, f)))
+                    .or_else(|| self.is_hidden_by_walls(worker, pair).then_some(verdict.blocker));
+                match proof {
                     Some(blocker) => (Verdict::proved(Class::Invisible, blocker), None),
-                    None if self.is_hidden_by_walls(worker, pair) => {
-                        (Verdict::proved(Class::Invisible, verdict.blocker), None)
-                    }
                     None => (verdict, None),
                 }
             }
@@ -402,14 +400,9 @@ impl<'a> Tester<'a> {
 
     /// Whether the walls of rooms hide a pair.
     fn is_hidden_by_walls(&self, worker: &mut Worker, pair: &Pair<'_>) -> bool {
-        let occupant = |end: &NodeEnd<'_>| match end {
-            NodeEnd::Element { plane, facet, .. } => (self.hierarchy.leaf(*facet), Some(*plane)),
-            NodeEnd::Cluster(node) => (*node, None),
-        };
-        let [(a, a_side), (b, b_side)] = [pair.receiver, pair.source].map(occupant);
         let is_hidden = self.with_corners(pair, |receiver, source| {
-            let receiver = Occupant { corners: receiver, node: a, side: a_side };
-            walls_hide(self.hierarchy, [receiver, Occupant { corners: source, node: b, side: b_side }])
+            let receiver = pair.receiver.occupant(self.hierarchy, receiver);
+            walls_hide(self.hierarchy, [receiver, pair.source.occupant(self.hierarchy, source)])
         });
         worker.lap(Step::Blockers);
         worker.counters.fused_blockers += u64::from(is_hidden);
