@@ -80,10 +80,10 @@ impl Hierarchy {
             materials: &scene.materials,
             one_sided,
         };
-        let mut tree = tree::build(&surfaces);
+        let mut tree = tree::build(&mut surfaces);
         let covered_facets = surfaces.part_overlaps(&tree.nodes, &tree.order, progress);
         if covered_facets > 0 {
-            tree = tree::build(&surfaces);
+            tree = tree::build(&mut surfaces);
         }
         let tree::Tree { nodes, order, cells } = tree;
         let surfaces::Surfaces { facets: merged, positions, triangles, .. } = surfaces;

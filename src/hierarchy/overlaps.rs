@@ -6,7 +6,7 @@ use super::TOLERANCE;
 use super::facets::{MergedFacet, corners_of};
 use super::surfaces::Surfaces;
 use super::tree::{Node, NodeKind};
-use crate::math::{Axes, FlatPolygon, FlatRegion, MAX_VERTICES, Plane, Polygon};
+use crate::math::{Axes, FlatPolygon, FlatRegion, Plane, Polygon};
 use crate::progress::Progress;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -61,16 +61,7 @@ impl Surfaces<'_> {
                 piece.iter().map(|&corner| self.corner_at(corner, &mut known)).collect();
             outline.dedup();
             let corners = corners_of(&outline, &self.positions);
-            // Parts with no more corners than a facet may have, in a fan around the first.
-            let mut next = 1;
-            while next + 1 < corners.len() {
-                let last = (next + MAX_VERTICES - 2).min(corners.len() - 1);
-                let mut part = vec![corners[0]];
-                part.extend_from_slice(&corners[next..=last]);
-                let fan = (1..part.len() - 1).map(|i| self.add_triangle([part[0], part[i], part[i + 1]]));
-                pieces.push(MergedFacet { triangles: fan.collect(), corners: part, material });
-                next = last;
-            }
+            pieces.extend(self.fan(&corners, material));
         }
         pieces
     }
@@ -84,11 +75,6 @@ impl Surfaces<'_> {
             known.push(corner);
             corner
         })
-    }
-
-    fn add_triangle(&mut self, corners: [u32; 3]) -> u32 {
-        self.triangles.push(corners);
-        self.triangles.len() as u32 - 1
     }
 
     /// What others leave of a facet, if they cover any of it.

@@ -2,10 +2,12 @@
 //! reaches through a wall is seen by what is in either room, and no plane hides it from what is in only one of them.
 
 use super::TOLERANCE;
+use super::facets::corners_of;
 use super::surfaces::Surfaces;
 use crate::math::{Aabb, Axes, Clip, Plane};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use std::collections::HashMap;
 use std::ops::Range;
 
 /// The share of the section through all facets that a wall has to fill: one with a door and windows does, a table
@@ -30,9 +32,12 @@ const STEP: f64 = 1e-3;
 /// Facets no farther from a plane than this lie in it, local units.
 const IN_PLANE: f64 = 4.0 * TOLERANCE;
 
+/// Facets that reach further than this through a wall are cut by it, local units.
+const LEAST_CUT: f64 = 50.0 * TOLERANCE;
+
 /// The facets to be parted.
-pub(super) struct Rooms<'a> {
-    surfaces: &'a Surfaces<'a>,
+pub(super) struct Rooms<'a, 'b> {
+    surfaces: &'a mut Surfaces<'b>,
     /// A box around each facet.
     pub(super) boxes: Vec<Aabb>,
     planes: Vec<Plane>,
@@ -48,14 +53,15 @@ struct Wall {
     area: f64,
 }
 
-impl<'a> Rooms<'a> {
-    pub(super) fn of(surfaces: &'a Surfaces<'a>) -> Rooms<'a> {
+impl<'a, 'b> Rooms<'a, 'b> {
+    pub(super) fn of(surfaces: &'a mut Surfaces<'b>) -> Rooms<'a, 'b> {
         let (boxes, planes, areas) = (surfaces.boxes(), surfaces.planes(), surfaces.areas());
         Rooms { surfaces, boxes, planes, areas }
     }
 
     /// The best wall among these facets, and both parts of them, in front of it and behind; `None` if there is no wall.
-    pub(super) fn part(&self, facets: &[u32]) -> Option<(Plane, [Vec<u32>; 2])> {
+    /// Facets that reach through it are cut.
+    pub(super) fn part(&mut self, facets: &[u32]) -> Option<(Plane, [Vec<u32>; 2])> {
         if facets.len() < LEAST_FACETS {
             return None;
         }
@@ -67,8 +73,73 @@ impl<'a> Rooms<'a> {
             return None;
         }
         let wall = walls[best].plane;
-        let (front, back) = facets.iter().partition(|&&facet| self.is_in_front(facet, &wall));
+        let all = self.cut(facets, &wall);
+        let (front, back) = all.iter().partition(|&&facet| self.is_in_front(facet, &wall));
         Some((wall, [front, back]))
+    }
+
+    /// Cuts facets where they reach through a plane. All of them, and the new ones.
+    fn cut(&mut self, facets: &[u32], plane: &Plane) -> Vec<u32> {
+        let mut all = facets.to_vec();
+        // New corners by the ends of the edge they lie on, so that neighbours share them.
+        let mut known = HashMap::new();
+        for &facet in facets {
+            let reach = self.reach(facet, plane);
+            if reach.start > -LEAST_CUT || reach.end < LEAST_CUT {
+                continue;
+            }
+            let material = self.surfaces.facets[facet as usize].material;
+            let halves = [*plane, plane.flipped()].map(|side| self.part_in_front(facet, &side, &mut known));
+            let parts: Vec<_> =
+                halves.iter().flat_map(|outline| self.surfaces.fan(outline, material)).collect();
+            for (i, part) in parts.into_iter().enumerate() {
+                let triangles = part.triangles.iter().flat_map(|&t| self.surfaces.triangles[t as usize]);
+                let bounds = Aabb::around(triangles.map(|v| self.surfaces.positions[v as usize]));
+                let (plane, area) =
+                    (self.planes[facet as usize], part.polygon(&self.surfaces.positions).area());
+                if i == 0 {
+                    let at = facet as usize;
+                    (self.boxes[at], self.areas[at], self.surfaces.facets[at]) = (bounds, area, part);
+                } else {
+                    all.push(self.surfaces.facets.len() as u32);
+                    self.boxes.push(bounds);
+                    self.planes.push(plane);
+                    self.areas.push(area);
+                    self.surfaces.facets.push(part);
+                }
+            }
+        }
+        all
+    }
+
+    /// Outline of the part of a facet in front of a plane.
+    fn part_in_front(
+        &mut self,
+        facet: u32,
+        plane: &Plane,
+        known: &mut HashMap<(u32, u32), u32>,
+    ) -> Vec<u32> {
+        let corners = self.surfaces.facets[facet as usize].corners.clone();
+        let mut outline = Vec::new();
+        for (i, &a) in corners.iter().enumerate() {
+            let b = corners[(i + 1) % corners.len()];
+            let distances =
+                [a, b].map(|corner| plane.distance(self.surfaces.positions[corner as usize].as_dvec3()));
+            if distances[0] >= -IN_PLANE {
+                outline.push(a);
+            }
+            if distances.iter().all(|distance| distance.abs() > IN_PLANE) && distances[0] * distances[1] < 0.0
+            {
+                outline.push(*known.entry((a.min(b), a.max(b))).or_insert_with(|| {
+                    let [low, high] = [a.min(b), a.max(b)]
+                        .map(|corner| self.surfaces.positions[corner as usize].as_dvec3());
+                    let (from, to) = (plane.distance(low), plane.distance(high));
+                    self.surfaces.positions.push(low.lerp(high, from / (from - to)).as_vec3());
+                    self.surfaces.positions.len() as u32 - 1
+                }));
+            }
+        }
+        corners_of(&outline, &self.surfaces.positions)
     }
 
     /// The walls around a room, given its facets and the planes by which it was parted from others: in place of each

@@ -1,7 +1,7 @@
 //! Facets before they have their place in the tree.
 
 use super::facets::MergedFacet;
-use crate::math::{Aabb, Plane};
+use crate::math::{Aabb, MAX_VERTICES, Plane};
 use crate::scene::Material;
 use glam::Vec3;
 use rayon::prelude::*;
@@ -33,6 +33,23 @@ impl Surfaces<'_> {
     /// The area of each facet.
     pub(super) fn areas(&self) -> Vec<f64> {
         self.of_each(|facet| facet.polygon(&self.positions).area())
+    }
+
+    /// New facets for a convex outline: parts with no more corners than a facet may have, in a fan around the first.
+    pub(super) fn fan(&mut self, outline: &[u32], material: u32) -> Vec<MergedFacet> {
+        let mut parts = Vec::new();
+        let mut next = 1;
+        while next + 1 < outline.len() {
+            let last = (next + MAX_VERTICES - 2).min(outline.len() - 1);
+            let mut corners = vec![outline[0]];
+            corners.extend_from_slice(&outline[next..=last]);
+            let first = self.triangles.len() as u32;
+            self.triangles.extend((1..corners.len() - 1).map(|i| [corners[0], corners[i], corners[i + 1]]));
+            let triangles = (first..self.triangles.len() as u32).collect();
+            parts.push(MergedFacet { triangles, corners, material });
+            next = last;
+        }
+        parts
     }
 
     fn of_each<T: Send>(&self, figure: impl Fn(&MergedFacet) -> T + Sync + Send) -> Vec<T> {

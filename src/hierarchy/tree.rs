@@ -70,12 +70,13 @@ impl obvhs::Boundable for Bounded {
     }
 }
 
-/// Builds the tree above facets (one at least): rooms at the top, neighbours gathered within each.
-pub(super) fn build(surfaces: &Surfaces<'_>) -> Tree {
+/// Builds the tree above facets (one at least): rooms at the top, neighbours gathered within each. Facets that reach
+/// from one room into another are cut.
+pub(super) fn build(surfaces: &mut Surfaces<'_>) -> Tree {
     let count = surfaces.facets.len();
     let mut tree =
         Tree { nodes: Vec::with_capacity(2 * count), order: Vec::with_capacity(count), cells: Vec::new() };
-    tree.part(&Rooms::of(surfaces), &(0..count as u32).collect::<Vec<_>>(), &mut Vec::new());
+    tree.part(&mut Rooms::of(surfaces), &(0..count as u32).collect::<Vec<_>>(), &mut Vec::new());
     let nodes = &mut tree.nodes;
     for index in (0..nodes.len()).rev() {
         let node: Node = nodes[index];
@@ -100,7 +101,7 @@ pub(super) struct Tree {
 
 impl Tree {
     /// Adds rooms, and what is in them. In front of the planes `around` are others.
-    fn part(&mut self, rooms: &Rooms<'_>, facets: &[u32], around: &mut Vec<Plane>) {
+    fn part(&mut self, rooms: &mut Rooms<'_, '_>, facets: &[u32], around: &mut Vec<Plane>) {
         let Some((wall, [front, back])) = rooms.part(facets) else {
             let walls = rooms.enclosure(facets, around);
             if !walls.is_empty() {
@@ -118,7 +119,7 @@ impl Tree {
     }
 
     /// Adds a tree of neighbours.
-    fn gather(&mut self, rooms: &Rooms<'_>, facets: &[u32]) {
+    fn gather(&mut self, rooms: &Rooms<'_, '_>, facets: &[u32]) {
         let boxes: Vec<Bounded> = facets.iter().map(|&facet| Bounded(rooms.boxes[facet as usize])).collect();
         let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(
             PlocSearchDistance::Medium,
