@@ -8,19 +8,21 @@ mod elements;
 mod facets;
 mod fingerprint;
 mod frame;
+mod gaps;
 mod mesh;
 mod overlaps;
 mod rooms;
 mod surfaces;
 mod tree;
 
-pub use cells::Cell;
+pub use cells::{Cell, Wall};
 pub(crate) use contacts::within;
 pub use contacts::{Contact, Contacts};
 pub use elements::{ElementTree, Side};
 pub use facets::Facet;
 pub use fingerprint::Fingerprint;
 pub use frame::Frame;
+pub use gaps::Effort;
 pub use mesh::{Interval, TraceMesh};
 pub use tree::{Node, NodeKind};
 
@@ -48,6 +50,8 @@ pub struct Hierarchy {
     pub nodes: Vec<Node>,
     /// Rooms and the walls around them, ascending by node.
     cells: Vec<Cell>,
+    /// Whether each node is within the walls of a cell.
+    within: Vec<bool>,
     /// Materials of the scene.
     pub materials: Vec<Material>,
     /// How many facets lay partly or wholly in others, and were cut to what those leave or dropped.
@@ -85,7 +89,7 @@ impl Hierarchy {
         if covered_facets > 0 {
             tree = tree::build(&mut surfaces);
         }
-        let tree::Tree { nodes, order, cells } = tree;
+        let tree::Tree { nodes, order, enclosures } = tree;
         let surfaces::Surfaces { facets: merged, positions, triangles, .. } = surfaces;
 
         let mut mesh = TraceMesh { positions, first_triangle: vec![0], ..TraceMesh::default() };
@@ -116,7 +120,8 @@ impl Hierarchy {
             facets: sorted,
             corners,
             nodes,
-            cells,
+            cells: Vec::new(),
+            within: Vec::new(),
             materials: scene.materials.clone(),
             covered_facets,
             contacts: Contacts::default(),
@@ -126,6 +131,7 @@ impl Hierarchy {
             area_before: Vec::new(),
         };
         hierarchy.measure_nodes();
+        hierarchy.measure_cells(&enclosures);
         hierarchy.contacts = Contacts::of(&hierarchy, progress);
         hierarchy
     }

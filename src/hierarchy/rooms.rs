@@ -29,6 +29,9 @@ const MOST_WALLS: usize = 64;
 /// Directions are told apart in steps of this share of a unit normal.
 const STEP: f64 = 1e-3;
 
+/// Cosine of the angle between the normals of planes that count as parallel.
+const PARALLEL: f64 = 1.0 - STEP * STEP;
+
 /// Facets no farther from a plane than this lie in it, local units.
 const IN_PLANE: f64 = 4.0 * TOLERANCE;
 
@@ -113,12 +116,7 @@ impl<'a, 'b> Rooms<'a, 'b> {
     }
 
     /// Outline of the part of a facet in front of a plane.
-    fn part_in_front(
-        &mut self,
-        facet: u32,
-        plane: &Plane,
-        known: &mut HashMap<(u32, u32), u32>,
-    ) -> Vec<u32> {
+    fn part_in_front(&mut self, facet: u32, plane: &Plane, known: &mut HashMap<(u32, u32), u32>) -> Vec<u32> {
         let corners = self.surfaces.facets[facet as usize].corners.clone();
         let mut outline = Vec::new();
         for (i, &a) in corners.iter().enumerate() {
@@ -153,20 +151,15 @@ impl<'a, 'b> Rooms<'a, 'b> {
         let (bounds, walls) = (self.bounds(facets), self.walls(facets));
         // The last plane of a direction is the nearest.
         for plane in around.iter().rev() {
-            if enclosure.iter().any(|wall| wall.normal.dot(plane.normal) > 1.0 - STEP * STEP) {
+            if enclosure.iter().any(|wall| wall.normal.dot(plane.normal) > PARALLEL) {
                 continue;
             }
-            let own = walls.iter().find(|wall| {
-                let along = wall.plane.normal.dot(plane.normal);
-                along.abs() > 1.0 - STEP * STEP
-                    && wall.plane.distance(bounds.center()) * along < 0.0
-                    && self.filled(wall, facets, &bounds) >= FILLED
+            let own = walls.iter().find_map(|wall| {
+                let own = turned(&wall.plane, plane)?;
+                (own.distance(bounds.center()) < 0.0 && self.filled(wall, facets, &bounds) >= FILLED)
+                    .then_some(own)
             });
-            let facing = |wall: &Wall| match wall.plane.normal.dot(plane.normal) > 0.0 {
-                true => wall.plane,
-                false => wall.plane.flipped(),
-            };
-            enclosure.push(own.map_or(*plane, facing));
+            enclosure.push(own.unwrap_or(*plane));
         }
         enclosure
     }
@@ -268,6 +261,12 @@ impl<'a, 'b> Rooms<'a, 'b> {
             reach.start + reach.end > 0.0
         }
     }
+}
+
+/// A plane as it faces where another does; `None` if they are not parallel.
+fn turned(plane: &Plane, like: &Plane) -> Option<Plane> {
+    let along = plane.normal.dot(like.normal);
+    (along.abs() > PARALLEL).then(|| if along > 0.0 { *plane } else { plane.flipped() })
 }
 
 /// Area of the part of a plane within a box.

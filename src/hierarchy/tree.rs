@@ -1,7 +1,7 @@
 //! The tree above the facets, in depth-first order.
 
 use super::TOLERANCE;
-use super::cells::Cell;
+use super::cells::Enclosure;
 use super::rooms::Rooms;
 use super::surfaces::Surfaces;
 use crate::math::{Aabb, Plane};
@@ -74,8 +74,11 @@ impl obvhs::Boundable for Bounded {
 /// from one room into another are cut.
 pub(super) fn build(surfaces: &mut Surfaces<'_>) -> Tree {
     let count = surfaces.facets.len();
-    let mut tree =
-        Tree { nodes: Vec::with_capacity(2 * count), order: Vec::with_capacity(count), cells: Vec::new() };
+    let mut tree = Tree {
+        nodes: Vec::with_capacity(2 * count),
+        order: Vec::with_capacity(count),
+        enclosures: Vec::new(),
+    };
     tree.part(&mut Rooms::of(surfaces), &(0..count as u32).collect::<Vec<_>>(), &mut Vec::new());
     let nodes = &mut tree.nodes;
     for index in (0..nodes.len()).rev() {
@@ -96,16 +99,16 @@ pub(super) struct Tree {
     /// For each new id of a facet, the old one.
     pub(super) order: Vec<u32>,
     /// Ascending by node.
-    pub(super) cells: Vec<Cell>,
+    pub(super) enclosures: Vec<Enclosure>,
 }
 
 impl Tree {
     /// Adds rooms, and what is in them. In front of the planes `around` are others.
     fn part(&mut self, rooms: &mut Rooms<'_, '_>, facets: &[u32], around: &mut Vec<Plane>) {
         let Some((wall, [front, back])) = rooms.part(facets) else {
-            let walls = rooms.enclosure(facets, around);
-            if !walls.is_empty() {
-                self.cells.push(Cell { node: self.nodes.len() as u32, walls });
+            let planes = rooms.enclosure(facets, around);
+            if !planes.is_empty() {
+                self.enclosures.push(Enclosure { node: self.nodes.len() as u32, planes });
             }
             return self.gather(rooms, facets);
         };

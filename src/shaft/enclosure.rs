@@ -7,20 +7,14 @@
 //! end.
 
 use super::blocker::has_facet_in;
-use super::fusion::{Octagon, blocks_together, gaps_in};
+use super::fusion::{Octagon, blocks_together};
 use super::search::large_facets_on;
-use crate::hierarchy::{Cell, Hierarchy, TOLERANCE};
-use crate::math::{Axes, FlatPolygon, Plane};
+use crate::hierarchy::{Cell, Hierarchy, TOLERANCE, Wall};
+use crate::math::{Axes, Plane};
 use glam::DVec3;
 
 /// Most gaps that are looked through.
 const MOST_GAPS: usize = 8;
-
-/// Points this far outside a cell are in it: less than what is forgotten at the border of a gap.
-const SLACK: f64 = 0.5 * TOLERANCE;
-
-/// Walls that meet at a smaller angle do not bound each other.
-const LEAST_STEEPNESS: f64 = 1e-3;
 
 /// A node, as the walls of rooms see it.
 #[derive(Clone, Copy)]
@@ -79,6 +73,17 @@ impl Goal<'_> {
 }
 
 impl Occupant<'_> {
+    /// Whether all of it is behind the walls of its cell, and nothing of it sees out of one's front.
+    fn is_within(&self, hierarchy: &Hierarchy, cell: &Cell) -> bool {
+        let Some(side) = self.side else { return hierarchy.is_within_cell(self.node) };
+        cell.walls.iter().all(|Wall { plane, .. }| {
+            let distances = || self.corners.iter().map(|&corner| plane.distance(corner));
+            let faces_in = side.normal.dot(plane.normal) < -0.5;
+            distances().all(|distance| distance <= TOLERANCE)
+                && (faces_in || distances().any(|distance| distance < -TOLERANCE))
+        })
+    }
+
     fn has_facet_in(&self, hierarchy: &Hierarchy, plane: &Plane) -> bool {
         match self.side {
             Some(_) => self.corners.iter().all(|&corner| plane.distance(corner).abs() <= TOLERANCE),
@@ -98,29 +103,28 @@ fn gaps_around(
     inner: &Occupant<'_>,
     outer: &Goal<'_>,
 ) -> Option<Vec<Vec<DVec3>>> {
-    let is_inside = |wall: &Plane| inner.corners.iter().all(|&corner| wall.distance(corner) <= TOLERANCE);
-    if !cell.walls.iter().all(is_inside) || !cell.walls.iter().any(|wall| is_beyond(hierarchy, outer, wall)) {
+    if !inner.is_within(hierarchy, cell)
+        || !cell.walls.iter().any(|wall| is_beyond(hierarchy, outer, &wall.plane))
+    {
         return None;
     }
     let mut found = Vec::new();
     for wall in &cell.walls {
-        if outer.corners().iter().all(|&corner| wall.distance(corner) <= TOLERANCE) {
+        // An element in a wall itself faces in, and sends nothing through it.
+        if wall.openings.is_empty()
+            || outer.corners().iter().all(|&corner| wall.plane.distance(corner) <= TOLERANCE)
+            || inner.side.is_some() && inner.has_facet_in(hierarchy, &wall.plane)
+        {
             continue;
         }
-        if inner.has_facet_in(hierarchy, wall) {
-            // An element on the inner side of a wall sends nothing through it; one on the outer side does.
-            match inner.side {
-                Some(side) if side.normal.dot(wall.normal) < -0.5 => continue,
-                _ => return None,
+        let crossed = crossed_part(&wall.plane, &wall.axes, inner.corners, outer.corners()).widened();
+        let gaps = wall.openings.iter().filter_map(|opening| crossed.part_of(opening));
+        for gap in gaps {
+            if found.len() == MOST_GAPS {
+                return None;
             }
+            found.push(gap.corners().iter().map(|&at| wall.axes.point(at)).collect());
         }
-        let axes = Axes::of(wall);
-        let Some(crossed) = crossed_part(cell, wall, &axes, inner.corners, outer.corners()) else { continue };
-        let gaps = gaps_in(hierarchy, wall, &axes, crossed, None)?;
-        if found.len() + gaps.len() > MOST_GAPS {
-            return None;
-        }
-        found.extend(gaps.iter().map(|gap| gap.corners().iter().map(|&at| axes.point(at)).collect()));
     }
     Some(found)
 }
@@ -132,14 +136,8 @@ fn is_beyond(hierarchy: &Hierarchy, outer: &Goal<'_>, wall: &Plane) -> bool {
     least > TOLERANCE || least >= -TOLERANCE && most > TOLERANCE && !outer.has_facet_in(hierarchy, wall)
 }
 
-/// Around where segments from corners in a cell cross the plane of a wall within the cell; `None` if none do.
-fn crossed_part(
-    cell: &Cell,
-    wall: &Plane,
-    axes: &Axes,
-    inner: &[DVec3],
-    outer: &[DVec3],
-) -> Option<FlatPolygon> {
+/// Around where segments from corners in a cell cross the plane of a wall within the cell.
+fn crossed_part(wall: &Plane, axes: &Axes, inner: &[DVec3], outer: &[DVec3]) -> Octagon {
     let mut hull = Octagon::EMPTY;
     for &to in outer {
         let beyond = wall.distance(to);
@@ -153,16 +151,7 @@ fn crossed_part(
             hull.add(axes.flat(from + (to - from) * (before / (before + beyond))));
         }
     }
-    let mut part = hull.widened();
-    for other in &cell.walls {
-        let (across, offset) = axes.trace(other);
-        let steepness = across.length();
-        if steepness > LEAST_STEEPNESS {
-            let (inward, least) = (-across / steepness, (offset - SLACK) / steepness);
-            part = part.beyond(inward, least, TOLERANCE)?;
-        }
-    }
-    Some(part)
+    hull
 }
 
 /// Whether a single plane between a gap and a goal hides them from each other.

@@ -6,18 +6,12 @@
 //! convex set on a plane is convex. Where facets in the plane cover that hull without a gap, nothing gets through.
 
 use super::blocker::all_crossings;
-use crate::hierarchy::{Hierarchy, NodeKind, TOLERANCE};
-use crate::math::{Aabb, Axes, FlatPolygon, FlatRegion, Plane};
+use crate::hierarchy::{Effort, Hierarchy, TOLERANCE};
+use crate::math::{Axes, FlatPolygon};
 use glam::{DVec2, DVec3};
 
-/// Most nodes of the hierarchy looked at for one pair.
-const MOST_NODES: u32 = 512;
-
-/// Facets smaller than this do not help, by their radius and that of what has to be covered.
-const LEAST_RADIUS: f64 = 0.1;
-
-/// Most pieces that are left uncovered at a time.
-const MOST_PIECES: usize = 32;
+/// For one pair.
+const EFFORT: Effort = Effort { nodes: 512, pieces: 32, least_radius: 0.1 };
 
 /// Whether the facets in the plane of `facet` together block every segment from a corner of the receiver to a
 /// corner of the source.
@@ -34,52 +28,8 @@ pub fn blocks_together(hierarchy: &Hierarchy, facet: u32, receiver: &[DVec3], so
         true
     });
     let hull = if is_crossed { hull.polygon() } else { None };
-    let gaps = hull.and_then(|hull| gaps_in(hierarchy, plane, &axes, hull, Some(facet)));
+    let gaps = hull.and_then(|hull| hierarchy.gaps_in(plane, &axes, hull, Some(facet), EFFORT));
     gaps.is_some_and(|gaps| gaps.is_empty())
-}
-
-/// What no facet in a plane covers of a polygon in it; `None` where that takes too long to tell. `first` is a facet to
-/// begin with.
-pub(super) fn gaps_in(
-    hierarchy: &Hierarchy,
-    plane: &Plane,
-    axes: &Axes,
-    polygon: FlatPolygon,
-    first: Option<u32>,
-) -> Option<Vec<FlatPolygon>> {
-    let bounds = Aabb::around(polygon.corners().iter().map(|&corner| axes.point(corner).as_vec3()));
-    let least_radius = LEAST_RADIUS * bounds.radius();
-    let mut gaps = FlatRegion::new(polygon, TOLERANCE);
-    if let Some(outline) = first.map(|facet| hierarchy.polygon(facet))
-        && outline.bounds().radius() >= least_radius
-        && !gaps.remove(&axes.outline(&outline))
-    {
-        return Some(gaps.pieces);
-    }
-    let mut stack = vec![0u32];
-    let mut looked_at = 0;
-    while let Some(index) = stack.pop() {
-        looked_at += 1;
-        if looked_at > MOST_NODES || gaps.pieces.len() > MOST_PIECES {
-            return None;
-        }
-        let node = &hierarchy.nodes[index as usize];
-        if node.bounds.radius() < least_radius || !node.touches(bounds, plane) {
-            continue;
-        }
-        match node.kind(index) {
-            NodeKind::Cluster(children) => stack.extend(children),
-            NodeKind::Leaf(other) if Some(other) != first => {
-                let polygon = hierarchy.polygon(other);
-                let is_flat = polygon.vertices().iter().all(|&v| plane.distance(v).abs() <= 0.5 * TOLERANCE);
-                if is_flat && !gaps.remove(&axes.outline(&polygon)) {
-                    break;
-                }
-            }
-            NodeKind::Leaf(_) => {}
-        }
-    }
-    Some(gaps.pieces)
 }
 
 /// The octagon around points in a plane, along the axes and between them: no smaller than their hull.
@@ -107,11 +57,28 @@ impl Octagon {
         is_wide.then(|| self.outline())
     }
 
-    /// Its outline, made wider on all sides so that it never passes for covered.
-    pub(super) fn widened(&self) -> FlatPolygon {
+    /// The same, made wider on all sides so that it never passes for covered.
+    pub(super) fn widened(&self) -> Octagon {
         let by = [1.0, 1.0, 2.0, 2.0].map(|times| times * 2.0 * TOLERANCE);
-        let ranges = std::array::from_fn(|i| [self.ranges[i][0] - by[i], self.ranges[i][1] + by[i]]);
-        Octagon { ranges }.outline()
+        Octagon { ranges: std::array::from_fn(|i| [self.ranges[i][0] - by[i], self.ranges[i][1] + by[i]]) }
+    }
+
+    /// The part of a polygon within; `None` if they have nothing in common.
+    pub(super) fn part_of(&self, polygon: &FlatPolygon) -> Option<FlatPolygon> {
+        let sides = || self.ranges.into_iter().zip(Octagon::DIRECTIONS);
+        let is_apart = sides().any(|([low, high], direction)| {
+            let at = polygon.corners().iter().map(|&corner| direction.dot(corner));
+            let (least, most) = at.fold((f64::MAX, f64::MIN), |(a, b), at| (a.min(at), b.max(at)));
+            most < low || least > high
+        });
+        if is_apart {
+            return None;
+        }
+        let mut part = *polygon;
+        for ([low, high], direction) in sides() {
+            part = part.beyond(direction, low, 0.0)?.beyond(-direction, -high, 0.0)?;
+        }
+        Some(part)
     }
 
     fn outline(&self) -> FlatPolygon {

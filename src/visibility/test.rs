@@ -255,15 +255,17 @@ impl<'a> Tester<'a> {
             return (verdict, None);
         }
         match verdict.class {
+            Class::Invisible if self.is_hidden_by_walls(worker, pair) => {
+                (Verdict::proved(Class::Invisible, NO_FACET), None)
+            }
             Class::Invisible => {
                 let (found, count) = self.large_facets_between(worker, pair);
                 let found = &found[..count];
                 let largest = found.first().copied();
                 verdict.blocker = largest.unwrap_or(NO_FACET);
                 let alone = found.iter().copied().find(|&f| self.is_blocked_by(worker, pair, f));
-                let proof = alone
-                    .or_else(|| largest.filter(|&f| self.is_blocked_in_plane_of(worker, pair, f)))
-                    .or_else(|| self.is_hidden_by_walls(worker, pair).then_some(verdict.blocker));
+                let proof =
+                    alone.or_else(|| largest.filter(|&f| self.is_blocked_in_plane_of(worker, pair, f)));
                 match proof {
                     Some(blocker) => (Verdict::proved(Class::Invisible, blocker), None),
                     None => (verdict, None),
