@@ -88,7 +88,7 @@ impl FlatPolygon {
     }
 
     /// Its area.
-    fn area(&self) -> f64 {
+    pub fn area(&self) -> f64 {
         0.5 * self.edges().map(|(a, b)| a.perp_dot(b)).sum::<f64>()
     }
 

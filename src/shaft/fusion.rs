@@ -13,6 +13,9 @@ use glam::{DVec2, DVec3};
 /// For one pair.
 const EFFORT: Effort = Effort { nodes: 512, pieces: 32, least_radius: 0.1 };
 
+/// The facet itself covers this share of what has to be covered, or there are too many pieces.
+const LEAST_SHARE: f64 = 1.0 / 16.0;
+
 /// Whether the facets in the plane of `facet` together block every segment from a corner of the receiver to a
 /// corner of the source.
 pub fn blocks_together(hierarchy: &Hierarchy, facet: u32, receiver: &[DVec3], source: &[DVec3]) -> bool {
@@ -28,6 +31,7 @@ pub fn blocks_together(hierarchy: &Hierarchy, facet: u32, receiver: &[DVec3], so
         true
     });
     let hull = if is_crossed { hull.polygon() } else { None };
+    let hull = hull.filter(|hull| outline.area() >= LEAST_SHARE * hull.area());
     let gaps = hull.and_then(|hull| hierarchy.gaps_in(plane, &axes, hull, Some(facet), EFFORT));
     gaps.is_some_and(|gaps| gaps.is_empty())
 }
