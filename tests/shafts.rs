@@ -499,6 +499,25 @@ fn look_through_walls(hierarchy: &Hierarchy, is_open: impl Fn(u32) -> bool) -> H
     found
 }
 
+/// The rooms of an office are seen through their doors only, of 0.9 m × 2.1 m.
+#[test]
+fn walls_leave_doors_open() {
+    let hierarchy = office(DQuat::IDENTITY);
+    let scale = hierarchy.frame.scene_units_per_local();
+    let mut rooms = Vec::new();
+    for facet in 0..hierarchy.facets.len() as u32 {
+        let cell = hierarchy.cell(hierarchy.leaf(facet)).expect("all of it is in rooms");
+        let node = hierarchy.nodes[cell.node as usize];
+        if node.end - node.first > 1000 && !rooms.contains(&cell.node) {
+            rooms.push(cell.node);
+            let openings = cell.walls.iter().flat_map(|wall| &wall.openings);
+            let area = openings.map(|opening| opening.area()).sum::<f64>() * scale * scale;
+            assert!((area - 1.89).abs() < 0.01, "{area} m² of room {rooms:?} are open");
+        }
+    }
+    assert!(rooms.len() >= 4, "{rooms:?}");
+}
+
 #[test]
 fn what_walls_hide_is_hidden() {
     // The boxes of clusters reach out of rooms that are turned, so that fewer pairs are proved there.

@@ -4,10 +4,14 @@
 use super::gaps::Effort;
 use super::{Hierarchy, Node, NodeKind, TOLERANCE};
 use crate::math::{Axes, FlatPolygon, Plane};
+use glam::DVec3;
 use rayon::prelude::*;
 
 /// Points this far outside a cell are in it: less than what is forgotten at the border of a gap.
 const SLACK: f64 = 0.5 * TOLERANCE;
+
+/// What is no farther from a wall lies in it.
+const IN_WALL: f64 = 4.0 * TOLERANCE;
 
 /// Walls that meet at a smaller angle do not bound each other.
 const LEAST_STEEPNESS: f64 = 1e-3;
@@ -61,9 +65,8 @@ impl Wall {
                 part = part.and_then(|part| part.beyond(inward, least, TOLERANCE));
             }
         }
-        let openings = part.map_or_else(Vec::new, |part| {
-            hierarchy.gaps_in(&plane, &axes, part, None, EFFORT).unwrap_or_else(|| vec![part])
-        });
+        let openings =
+            part.map_or_else(Vec::new, |part| hierarchy.gaps_in(&plane, &axes, part, None, EFFORT));
         Wall { plane, axes, openings }
     }
 }
@@ -115,12 +118,16 @@ impl Hierarchy {
         within
     }
 
-    /// Whether a facet is behind a plane, and exchanges no light in front of it.
-    fn keeps_behind(&self, facet: u32, plane: &Plane) -> bool {
-        let polygon = self.polygon(facet);
-        let distances = || polygon.vertices().iter().map(|&vertex| plane.distance(vertex));
-        let faces_in = self.one_sided && self.facets[facet as usize].plane.normal.dot(plane.normal) < 0.0;
-        distances().all(|distance| distance <= TOLERANCE)
-            && (faces_in || distances().any(|distance| distance < -TOLERANCE))
+    /// Whether a facet is behind a wall, and exchanges no light in front of it.
+    fn keeps_behind(&self, facet: u32, wall: &Plane) -> bool {
+        let faces_in = self.one_sided && self.facets[facet as usize].plane.normal.dot(wall.normal) < 0.0;
+        is_behind(self.polygon(facet).vertices(), faces_in, wall)
     }
+}
+
+/// Whether corners are behind a wall; what lies in it has to face in.
+pub(crate) fn is_behind(corners: &[DVec3], faces_in: bool, wall: &Plane) -> bool {
+    let distances = || corners.iter().map(|&corner| wall.distance(corner));
+    distances().all(|distance| distance <= TOLERANCE)
+        && (faces_in || distances().any(|distance| distance < -IN_WALL))
 }

@@ -15,6 +15,7 @@ mod rooms;
 mod surfaces;
 mod tree;
 
+pub(crate) use cells::is_behind;
 pub use cells::{Cell, Wall};
 pub(crate) use contacts::within;
 pub use contacts::{Contact, Contacts};
@@ -22,7 +23,7 @@ pub use elements::{ElementTree, Side};
 pub use facets::Facet;
 pub use fingerprint::Fingerprint;
 pub use frame::Frame;
-pub use gaps::Effort;
+pub(crate) use gaps::Effort;
 pub use mesh::{Interval, TraceMesh};
 pub use tree::{Node, NodeKind};
 

@@ -2,7 +2,7 @@
 //! reaches through a wall is seen by what is in either room, and no plane hides it from what is in only one of them.
 
 use super::TOLERANCE;
-use super::facets::corners_of;
+use super::facets::{MergedFacet, corners_of};
 use super::surfaces::Surfaces;
 use crate::math::{Aabb, Axes, Clip, Plane};
 use glam::{DVec2, DVec3};
@@ -37,6 +37,12 @@ const IN_PLANE: f64 = 4.0 * TOLERANCE;
 
 /// Facets that reach further than this through a wall are cut by it, local units.
 const LEAST_CUT: f64 = 50.0 * TOLERANCE;
+
+/// Nothing is cut if more than this share of facets reach through a wall: that would be many small parts for nothing.
+const MOST_CUT: f64 = 0.125;
+
+/// Corners this near to a cut belong to both parts: what rounding does to new ones.
+const ON_CUT: f64 = 0.1 * TOLERANCE;
 
 /// The facets to be parted.
 pub(super) struct Rooms<'a, 'b> {
@@ -81,38 +87,49 @@ impl<'a, 'b> Rooms<'a, 'b> {
         Some((wall, [front, back]))
     }
 
-    /// Cuts facets where they reach through a plane. All of them, and the new ones.
+    /// Cuts facets where they reach through a plane, if not too many do. All of them, and the new ones.
     fn cut(&mut self, facets: &[u32], plane: &Plane) -> Vec<u32> {
         let mut all = facets.to_vec();
+        let reaches_through = |&facet: &u32| {
+            let reach = self.reach(facet, plane);
+            reach.start < -LEAST_CUT && reach.end > LEAST_CUT
+        };
+        let through: Vec<u32> = facets.iter().copied().filter(reaches_through).collect();
+        if through.len() as f64 > MOST_CUT * facets.len() as f64 {
+            return all;
+        }
         // New corners by the ends of the edge they lie on, so that neighbours share them.
         let mut known = HashMap::new();
-        for &facet in facets {
-            let reach = self.reach(facet, plane);
-            if reach.start > -LEAST_CUT || reach.end < LEAST_CUT {
-                continue;
-            }
-            let material = self.surfaces.facets[facet as usize].material;
+        for facet in through {
             let halves = [*plane, plane.flipped()].map(|side| self.part_in_front(facet, &side, &mut known));
-            let parts: Vec<_> =
-                halves.iter().flat_map(|outline| self.surfaces.fan(outline, material)).collect();
-            for (i, part) in parts.into_iter().enumerate() {
-                let triangles = part.triangles.iter().flat_map(|&t| self.surfaces.triangles[t as usize]);
-                let bounds = Aabb::around(triangles.map(|v| self.surfaces.positions[v as usize]));
-                let (plane, area) =
-                    (self.planes[facet as usize], part.polygon(&self.surfaces.positions).area());
-                if i == 0 {
-                    let at = facet as usize;
-                    (self.boxes[at], self.areas[at], self.surfaces.facets[at]) = (bounds, area, part);
-                } else {
-                    all.push(self.surfaces.facets.len() as u32);
-                    self.boxes.push(bounds);
-                    self.planes.push(plane);
-                    self.areas.push(area);
-                    self.surfaces.facets.push(part);
-                }
+            // Of a sliver no part may be left.
+            if halves.iter().all(|outline| outline.len() >= 3) {
+                let material = self.surfaces.facets[facet as usize].material;
+                let parts: Vec<MergedFacet> =
+                    halves.iter().flat_map(|outline| self.surfaces.fan(outline, material)).collect();
+                all.extend(self.replace(facet, parts));
             }
         }
         all
+    }
+
+    /// Puts the first of some parts in the place of a facet. The others, which are new.
+    fn replace(&mut self, facet: u32, parts: Vec<MergedFacet>) -> Range<u32> {
+        let (plane, first) = (self.planes[facet as usize], self.surfaces.facets.len() as u32);
+        for (i, part) in parts.into_iter().enumerate() {
+            let polygon = part.polygon(&self.surfaces.positions);
+            if i == 0 {
+                let at = facet as usize;
+                (self.boxes[at], self.areas[at]) = (polygon.bounds(), polygon.area());
+                self.surfaces.facets[at] = part;
+            } else {
+                self.boxes.push(polygon.bounds());
+                self.planes.push(plane);
+                self.areas.push(polygon.area());
+                self.surfaces.facets.push(part);
+            }
+        }
+        first..self.surfaces.facets.len() as u32
     }
 
     /// Outline of the part of a facet in front of a plane.
@@ -123,11 +140,10 @@ impl<'a, 'b> Rooms<'a, 'b> {
             let b = corners[(i + 1) % corners.len()];
             let distances =
                 [a, b].map(|corner| plane.distance(self.surfaces.positions[corner as usize].as_dvec3()));
-            if distances[0] >= -IN_PLANE {
+            if distances[0] >= -ON_CUT {
                 outline.push(a);
             }
-            if distances.iter().all(|distance| distance.abs() > IN_PLANE) && distances[0] * distances[1] < 0.0
-            {
+            if distances.iter().all(|distance| distance.abs() > ON_CUT) && distances[0] * distances[1] < 0.0 {
                 outline.push(*known.entry((a.min(b), a.max(b))).or_insert_with(|| {
                     let [low, high] = [a.min(b), a.max(b)]
                         .map(|corner| self.surfaces.positions[corner as usize].as_dvec3());
@@ -367,6 +383,65 @@ mod tests {
         ] {
             assert!(is_parted_at_wall(&two_rooms(0.9), turn), "{turn}");
         }
+    }
+
+    /// A floor under both rooms becomes one for each, and a door frame what is on either side; what ends at the wall
+    /// stays as it is.
+    #[test]
+    fn what_reaches_through_a_wall_is_cut() {
+        for turn in [DQuat::IDENTITY, DQuat::from_euler(glam::EulerRot::XYZ, 0.3, 1.0, 2.0)] {
+            let mut quads = two_rooms(0.9);
+            // A strip of the floor in one piece.
+            for (floor, x) in [(1, 0.0), (4, 4.0)] {
+                quads[floor] = rectangle([x, 0.0, 2.0], [0.0, 0.0, 4.0], [4.0, 0.0, 0.0]);
+            }
+            quads.push(rectangle([0.0, 0.0, 0.0], [0.0, 0.0, 2.0], [8.0, 0.0, 0.0]));
+            quads.push(rectangle([3.9, 0.1, 5.2], [0.3, 0.0, 0.0], [0.0, 2.0, 0.0]));
+            let scene = scene(&quads, turn);
+            let hierarchy = Hierarchy::build(&scene, false, &Silent);
+            hierarchy.validate().expect("a tree in order");
+            assert_eq!(hierarchy.facets.len(), quads.len() + 2);
+            let normal = turn * DVec3::X;
+            let wall = hierarchy.frame.local_from_scene(turn * (DVec3::X * 4.0)).as_dvec3().dot(normal);
+            for half in hierarchy.nodes[0].children(0).map(|child| hierarchy.nodes[child as usize]) {
+                let outlines: Vec<_> = (half.first..half.end).map(|facet| hierarchy.polygon(facet)).collect();
+                let corners = outlines.iter().flat_map(|outline| outline.vertices());
+                let beyond: Vec<f64> = corners.map(|corner| corner.dot(normal) - wall).collect();
+                let is_in_one_room =
+                    beyond.iter().all(|d| *d <= TOLERANCE) || beyond.iter().all(|d| *d >= -TOLERANCE);
+                assert!(is_in_one_room, "{turn}");
+            }
+            let area = hierarchy.nodes[0].area as f64;
+            let quad_area = |q: &[DVec3; 4]| 0.5 * (q[2] - q[0]).cross(q[3] - q[1]).length();
+            let wanted: f64 = quads.iter().map(quad_area).sum();
+            let scale = hierarchy.frame.scene_units_per_local();
+            assert!((area * scale * scale - wanted).abs() < 1e-4 * wanted, "{area} {wanted}");
+        }
+    }
+
+    /// Corners as near to the wall as what lies in it, on either side of it.
+    #[test]
+    fn both_parts_of_what_is_cut_have_its_area() {
+        let outline = [(-0.5, 0.3), (-0.03, 0.5), (0.03, 0.5), (0.5, 0.3)];
+        let below = outline.map(|(x, y)| (-x, -y));
+        let positions: Vec<glam::Vec3> =
+            outline.iter().chain(&below).map(|&(x, y)| glam::Vec3::new(x, y, 2.4e-4 * x)).collect();
+        let corners: Vec<u32> = (0..8).rev().collect();
+        let facet = MergedFacet { triangles: Vec::new(), corners, material: 0 };
+        let whole = facet.polygon(&positions).area();
+        let mut surfaces = Surfaces {
+            facets: vec![facet],
+            positions,
+            triangles: Vec::new(),
+            materials: &[],
+            one_sided: false,
+        };
+        let mut rooms = Rooms::of(&mut surfaces);
+        let plane = Plane::through(DVec3::ZERO, DVec3::Z);
+        let parts = [plane, plane.flipped()].map(|side| rooms.part_in_front(0, &side, &mut HashMap::new()));
+        let parts: Vec<MergedFacet> = parts.iter().flat_map(|part| surfaces.fan(part, 0)).collect();
+        let area: f64 = parts.iter().map(|part| part.polygon(&surfaces.positions).area()).sum();
+        assert!((area - whole).abs() < 1e-6, "{area} of {whole}");
     }
 
     #[test]

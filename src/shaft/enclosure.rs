@@ -9,7 +9,7 @@
 use super::blocker::has_facet_in;
 use super::fusion::{Octagon, blocks_together};
 use super::search::large_facets_on;
-use crate::hierarchy::{Cell, Hierarchy, TOLERANCE, Wall};
+use crate::hierarchy::{Cell, Hierarchy, TOLERANCE, is_behind};
 use crate::math::{Axes, Plane};
 use glam::DVec3;
 
@@ -76,12 +76,8 @@ impl Occupant<'_> {
     /// Whether all of it is behind the walls of its cell, and nothing of it sees out of one's front.
     fn is_within(&self, hierarchy: &Hierarchy, cell: &Cell) -> bool {
         let Some(side) = self.side else { return hierarchy.is_within_cell(self.node) };
-        cell.walls.iter().all(|Wall { plane, .. }| {
-            let distances = || self.corners.iter().map(|&corner| plane.distance(corner));
-            let faces_in = side.normal.dot(plane.normal) < -0.5;
-            distances().all(|distance| distance <= TOLERANCE)
-                && (faces_in || distances().any(|distance| distance < -TOLERANCE))
-        })
+        let faces_in = |wall: &Plane| side.normal.dot(wall.normal) < -0.5;
+        cell.walls.iter().all(|wall| is_behind(self.corners, faces_in(&wall.plane), &wall.plane))
     }
 
     fn has_facet_in(&self, hierarchy: &Hierarchy, plane: &Plane) -> bool {
@@ -136,7 +132,7 @@ fn is_beyond(hierarchy: &Hierarchy, outer: &Goal<'_>, wall: &Plane) -> bool {
     least > TOLERANCE || least >= -TOLERANCE && most > TOLERANCE && !outer.has_facet_in(hierarchy, wall)
 }
 
-/// Around where segments from corners in a cell cross the plane of a wall within the cell.
+/// Around where segments from corners in a cell cross the plane of a wall.
 fn crossed_part(wall: &Plane, axes: &Axes, inner: &[DVec3], outer: &[DVec3]) -> Octagon {
     let mut hull = Octagon::EMPTY;
     for &to in outer {

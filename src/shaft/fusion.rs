@@ -13,7 +13,8 @@ use glam::{DVec2, DVec3};
 /// For one pair.
 const EFFORT: Effort = Effort { nodes: 512, pieces: 32, least_radius: 0.1 };
 
-/// The facet itself covers this share of what has to be covered, or there are too many pieces.
+/// The facet is one of the largest in the way. Where it is smaller than this share of what has to be covered, it is
+/// seldom one of as many as that takes.
 const LEAST_SHARE: f64 = 1.0 / 16.0;
 
 /// Whether the facets in the plane of `facet` together block every segment from a corner of the receiver to a
@@ -32,8 +33,7 @@ pub fn blocks_together(hierarchy: &Hierarchy, facet: u32, receiver: &[DVec3], so
     });
     let hull = if is_crossed { hull.polygon() } else { None };
     let hull = hull.filter(|hull| outline.area() >= LEAST_SHARE * hull.area());
-    let gaps = hull.and_then(|hull| hierarchy.gaps_in(plane, &axes, hull, Some(facet), EFFORT));
-    gaps.is_some_and(|gaps| gaps.is_empty())
+    hull.is_some_and(|hull| hierarchy.gaps_in(plane, &axes, hull, Some(facet), EFFORT).is_empty())
 }
 
 /// The octagon around points in a plane, along the axes and between them: no smaller than their hull.
@@ -61,7 +61,7 @@ impl Octagon {
         is_wide.then(|| self.outline())
     }
 
-    /// The same, made wider on all sides so that it never passes for covered.
+    /// The same, made wider on all sides: what is crossed of an opening has an area.
     pub(super) fn widened(&self) -> Octagon {
         let by = [1.0, 1.0, 2.0, 2.0].map(|times| times * 2.0 * TOLERANCE);
         Octagon { ranges: std::array::from_fn(|i| [self.ranges[i][0] - by[i], self.ranges[i][1] + by[i]]) }

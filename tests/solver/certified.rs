@@ -110,9 +110,9 @@ fn classified(
 
 /// What a proof claims.
 fn claim(hierarchy: &Hierarchy, verdict: &Verdict) -> Claim {
-    match verdict.blocker {
-        NO_FACET => Claim::Clear,
-        blocker => Claim::BlockedAt(hierarchy.facets[blocker as usize].plane),
+    match verdict.class {
+        Class::Visible => Claim::Clear,
+        _ => Claim::BlockedAt(hierarchy.facets[verdict.blocker as usize].plane),
     }
 }
 
