@@ -2,6 +2,7 @@
 //! through the openings of its walls only.
 
 use super::gaps::Effort;
+use super::rooms::IN_PLANE;
 use super::{Hierarchy, Node, NodeKind, TOLERANCE};
 use crate::math::{Axes, FlatPolygon, Plane};
 use glam::DVec3;
@@ -9,9 +10,6 @@ use rayon::prelude::*;
 
 /// Points this far outside a cell are in it: less than what is forgotten at the border of a gap.
 const SLACK: f64 = 0.5 * TOLERANCE;
-
-/// What is no farther from a wall lies in it.
-const IN_WALL: f64 = 4.0 * TOLERANCE;
 
 /// Walls that meet at a smaller angle do not bound each other.
 const LEAST_STEEPNESS: f64 = 1e-3;
@@ -120,14 +118,16 @@ impl Hierarchy {
 
     /// Whether a facet is behind a wall, and exchanges no light in front of it.
     fn keeps_behind(&self, facet: u32, wall: &Plane) -> bool {
-        let faces_in = self.one_sided && self.facets[facet as usize].plane.normal.dot(wall.normal) < 0.0;
-        is_behind(self.polygon(facet).vertices(), faces_in, wall)
+        let front = self.one_sided.then_some(self.facets[facet as usize].plane.normal);
+        is_behind(self.polygon(facet).vertices(), front, wall)
     }
 }
 
-/// Whether corners are behind a wall; what lies in it has to face in.
-pub(crate) fn is_behind(corners: &[DVec3], faces_in: bool, wall: &Plane) -> bool {
+/// Whether a surface with these corners is behind a wall; one that lies in it has to exchange light on its `front` only,
+/// and to face in.
+pub(crate) fn is_behind(corners: &[DVec3], front: Option<DVec3>, wall: &Plane) -> bool {
     let distances = || corners.iter().map(|&corner| wall.distance(corner));
     distances().all(|distance| distance <= TOLERANCE)
-        && (faces_in || distances().any(|distance| distance < -IN_WALL))
+        && (front.is_some_and(|normal| normal.dot(wall.normal) < -0.5)
+            || distances().any(|distance| distance < -IN_PLANE))
 }

@@ -33,7 +33,7 @@ const STEP: f64 = 1e-3;
 const PARALLEL: f64 = 1.0 - STEP * STEP;
 
 /// Facets no farther from a plane than this lie in it, local units.
-const IN_PLANE: f64 = 4.0 * TOLERANCE;
+pub(super) const IN_PLANE: f64 = 4.0 * TOLERANCE;
 
 /// Facets that reach further than this through a wall are cut by it, local units.
 const LEAST_CUT: f64 = 50.0 * TOLERANCE;

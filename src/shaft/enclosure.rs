@@ -76,8 +76,7 @@ impl Occupant<'_> {
     /// Whether all of it is behind the walls of its cell, and nothing of it sees out of one's front.
     fn is_within(&self, hierarchy: &Hierarchy, cell: &Cell) -> bool {
         let Some(side) = self.side else { return hierarchy.is_within_cell(self.node) };
-        let faces_in = |wall: &Plane| side.normal.dot(wall.normal) < -0.5;
-        cell.walls.iter().all(|wall| is_behind(self.corners, faces_in(&wall.plane), &wall.plane))
+        cell.walls.iter().all(|wall| is_behind(self.corners, Some(side.normal), &wall.plane))
     }
 
     fn has_facet_in(&self, hierarchy: &Hierarchy, plane: &Plane) -> bool {
