@@ -54,7 +54,6 @@ impl std::fmt::Display for Kind {
             LinkClass::Visible => "visible",
             LinkClass::CertifiedVisible => "proved visible",
             LinkClass::Partial => "partial",
-            LinkClass::Invisible => "invisible",
         };
         write!(f, "{} to {}, {class}", node(self.from_cluster), node(self.to_cluster))
     }
@@ -91,7 +90,7 @@ fn linked(subject: &Subject<'_>) -> BTreeMap<Kind, f64> {
                     Some(element) => subject.area(element),
                     None => {
                         let towards = direction(hierarchy, forest, link);
-                        openness.area(link.receiver).evaluate_signed(towards) as f64
+                        openness.area(hierarchy, link.receiver).evaluate_signed(towards) as f64
                     }
                 };
                 *sums.entry(Kind::of(subject, link)).or_default() += arriving * area;

@@ -1,11 +1,9 @@
 //! What the links of a solution carry, link by link, and light that is alike on all surfaces.
 
 use super::subject::Subject;
-use crate::math::CosineLobes;
-use crate::radiosity::Light;
+use crate::radiosity::{Light, intensities};
 use glam::Vec3;
 use rayon::prelude::*;
-use std::f32::consts::PI;
 
 /// Irradiance of every element over all links that lead to it or to what it is a part of.
 pub(super) fn irradiance(subject: &Subject<'_>) -> Vec<Vec3> {
@@ -53,21 +51,7 @@ pub(super) fn even_light(subject: &Subject<'_>) -> Light {
             exitance[second].lerp(exitance[element + 1], share)
         };
     }
-    let mut intensity = vec![CosineLobes::default(); hierarchy.nodes.len()];
-    for (index, node) in hierarchy.nodes.iter().enumerate().rev() {
-        if node.is_leaf() {
-            for side in forest.sides_of(node.first) {
-                let root = forest.first_element[side] as usize;
-                let power = exitance[root] * forest.area[root];
-                intensity[index].add(hierarchy.side_normal(forest.side(side)).as_vec3(), power / PI);
-            }
-        } else {
-            for child in node.children(index as u32) {
-                let below = intensity[child as usize];
-                intensity[index].merge(&below);
-            }
-        }
-    }
+    let intensity = intensities(hierarchy, forest, &exitance);
     let brightest = exitance.iter().map(|exitance| exitance.max_element()).collect();
     Light { exitance, intensity, variation: vec![0.0; forest.len()], brightest, ..Light::default() }
 }

@@ -125,7 +125,7 @@ impl Record for Kept {
     }
 }
 
-/// Classes by their number in the file; a solution has no links of any other.
+/// Classes, each at its number in the file.
 const CLASSES: [LinkClass; 4] =
     [LinkClass::Untested, LinkClass::Visible, LinkClass::CertifiedVisible, LinkClass::Partial];
 
@@ -136,9 +136,7 @@ impl Record for Link {
         let [receiver, source] = [self.receiver, self.source].map(u32::to_le_bytes);
         let [factor, spread, visibility] = [self.factor, self.spread, self.visibility].map(f32::to_le_bytes);
         put_words([receiver, source, factor, spread, visibility, self.quarters.to_bytes()], to);
-        let class = CLASSES.iter().position(|&class| class == self.class);
-        debug_assert!(class.is_some(), "a solution has no links of class {:?}", self.class);
-        to[24] = class.unwrap_or(CLASSES.len()) as u8;
+        to[24] = self.class as u8;
         to[25] = u8::from(self.inherited);
         to[26..].copy_from_slice(&self.work.to_le_bytes());
     }

@@ -182,7 +182,7 @@ impl<R: Read> SolutionFile<R> {
     ///
     /// # Errors
     /// When the file was made for something else, cannot be read, ends too early or is damaged. Whatever it holds,
-    /// ids in a solution that is returned are those of elements and nodes, and all numbers are finite.
+    /// ids in a solution that is returned are those of elements and clusters, and all numbers are finite.
     pub fn read(
         mut self,
         hierarchy: &Hierarchy,
@@ -281,9 +281,10 @@ fn read_solution<R: Read>(sections: &mut Sections<R>, hierarchy: &Hierarchy) -> 
     }
     let openness = read_openness(sections, hierarchy, &forest)?;
     let links: Vec<Link> = sections.section(LINKS, u32::MAX as usize)?;
-    let is_known = |link: &Link| link.receiver < nodes && link.source < nodes;
-    if !links.iter().all(is_known) {
-        return Err(damaged("its links are not between nodes of this scene"));
+    // A leaf of the hierarchy takes part as the elements of its facet.
+    let is_known = |id: u32| hierarchy.nodes.get(id as usize).map_or(id < nodes, |node| !node.is_leaf());
+    if !links.iter().all(|link| is_known(link.receiver) && is_known(link.source)) {
+        return Err(damaged("its links are not between clusters and elements of this scene"));
     }
     sections.end()?;
     Ok(Solution {

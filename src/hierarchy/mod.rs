@@ -235,9 +235,22 @@ impl Hierarchy {
         if self.one_sided { 1 } else { 2 }
     }
 
-    /// Number of inner nodes.
+    /// Number of clusters: inner nodes.
     pub fn cluster_count(&self) -> usize {
         self.nodes.len() - self.facets.len()
+    }
+
+    /// All clusters by node id, ascending.
+    pub fn clusters(&self) -> impl DoubleEndedIterator<Item = u32> + '_ {
+        (0..self.nodes.len() as u32).filter(|&node| !self.nodes[node as usize].is_leaf())
+    }
+
+    /// The place of a cluster among all [`clusters`](Self::clusters).
+    #[inline]
+    pub fn cluster_place(&self, cluster: u32) -> usize {
+        debug_assert!(!self.nodes[cluster as usize].is_leaf());
+        // The leaves before it in depth-first order are the facets before its first.
+        (cluster - self.nodes[cluster as usize].first) as usize
     }
 
     /// Watts per unit of exitance and local area: square metres in one local unit of area.

@@ -270,7 +270,7 @@ fn class(hierarchy: &Hierarchy, solution: &Solution) -> Vec<f32> {
                 LinkClass::Untested => continue,
                 LinkClass::Visible => 0,
                 LinkClass::CertifiedVisible => 1,
-                LinkClass::Partial | LinkClass::Invisible => 2,
+                LinkClass::Partial => 2,
             };
             sums[class] += f64::from(link.work);
         }

@@ -433,7 +433,7 @@ fn cluster_estimate(
         }
         Party::Cluster(node) => {
             let received = received.min(PI / source.area(hierarchy).max(f64::MIN_POSITIVE));
-            let lobes = &light.intensity[*node as usize];
+            let lobes = &light.intensity[hierarchy.cluster_place(*node)];
             let lobe = if distance > 0.0 { lobes.evaluate((-direction).as_vec3()) } else { lobes.mean() };
             (received, lobe.max_element() as f64, above)
         }

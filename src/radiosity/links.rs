@@ -1,7 +1,7 @@
 //! Links: the stored exchange of light between two nodes, kept with the receiver.
 
 use super::quarters::Quarters;
-use rayon::slice::ParallelSliceMut;
+use rayon::prelude::*;
 
 /// How a link's visibility is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -14,8 +14,6 @@ pub enum LinkClass {
     CertifiedVisible,
     /// A fraction of the rays was clear.
     Partial,
-    /// No ray was clear. Kept while refining, for a closer look later; not part of a solution.
-    Invisible,
 }
 
 /// Light from one node (the source) to another (the receiver).
@@ -46,6 +44,90 @@ pub struct Link {
     pub inherited: bool,
     /// Work of the tests of this pair, in rays; 65 535 stands for anything above it, too.
     pub work: u16,
+}
+
+impl Link {
+    /// Nothing is known of it yet but the factor and how much that differs.
+    pub(super) const fn untested(receiver: u32, source: u32, factor: f32, spread: f32) -> Link {
+        Link {
+            receiver,
+            source,
+            factor,
+            spread,
+            visibility: 1.0,
+            quarters: Quarters::UNIFORM,
+            class: LinkClass::Untested,
+            inherited: false,
+            work: 0,
+        }
+    }
+}
+
+/// A pair of which no ray was clear, and nothing proves it: no light comes over it, but while links are refined it is
+/// looked at again. There are more of them than links. The figures are those of [`Link`].
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Blocked {
+    pub(super) receiver: u32,
+    pub(super) source: u32,
+    pub(super) factor: f32,
+    pub(super) spread: f32,
+}
+
+impl Blocked {
+    /// As the link it would be if some ray were clear, with nothing that gets through.
+    pub(super) fn as_link(&self) -> Link {
+        let Blocked { receiver, source, factor, spread } = *self;
+        let untested = Link::untested(receiver, source, factor, spread);
+        Link { visibility: 0.0, class: LinkClass::Partial, ..untested }
+    }
+}
+
+impl From<&Link> for Blocked {
+    fn from(link: &Link) -> Blocked {
+        Blocked { receiver: link.receiver, source: link.source, factor: link.factor, spread: link.spread }
+    }
+}
+
+/// What is known of pairs, in no order.
+#[derive(Debug, Default)]
+pub(super) struct Pairs {
+    pub(super) links: Vec<Link>,
+    pub(super) blocked: Vec<Blocked>,
+}
+
+impl Pairs {
+    pub(super) fn len(&self) -> usize {
+        self.links.len() + self.blocked.len()
+    }
+
+    /// Gives back room to grow.
+    pub(super) fn shrink(&mut self) {
+        self.links.shrink_to_fit();
+        self.blocked.shrink_to_fit();
+    }
+
+    /// Takes over what others have.
+    pub(super) fn absorb(&mut self, other: Pairs) {
+        self.links.extend(other.links);
+        self.blocked.extend(other.blocked);
+    }
+
+    /// Replaces provisional element ids.
+    pub(super) fn rename(&mut self, clusters: u32, new_from_old: &[u32]) {
+        let rename = |id: &mut u32| {
+            if *id >= clusters {
+                *id = clusters + new_from_old[(*id - clusters) as usize];
+            }
+        };
+        self.links.par_iter_mut().with_min_len(4096).for_each(|link| {
+            rename(&mut link.receiver);
+            rename(&mut link.source);
+        });
+        self.blocked.par_iter_mut().with_min_len(4096).for_each(|pair| {
+            rename(&mut pair.receiver);
+            rename(&mut pair.source);
+        });
+    }
 }
 
 /// All links, sorted by receiver, then source.

@@ -26,6 +26,7 @@ mod strays;
 mod transport;
 mod work;
 
+pub(crate) use transport::intensities;
 pub use transport::{Light, direction};
 
 pub use fidelity::VisibilityError;

@@ -7,7 +7,7 @@
 use super::forest::Forest;
 use super::links::{Link, LinkClass, LinkSet};
 use super::transport::{Light, direction};
-use crate::hierarchy::Hierarchy;
+use crate::hierarchy::{Hierarchy, NodeKind};
 use crate::math::{CosineLobes, PairSequence, axial_parts, cosine_direction};
 use crate::progress::{Progress, Work};
 use crate::tracer::{Departure, PACKET, Ray, Tracer, departing_hits};
@@ -44,7 +44,7 @@ pub struct Openness {
     /// First of the `kept` of each side, with their number at the end.
     first: Vec<u32>,
     kept: Vec<Kept>,
-    /// By cluster.
+    /// By [place](Hierarchy::cluster_place) of the cluster.
     inside: Vec<Inside>,
 }
 
@@ -91,27 +91,25 @@ impl Openness {
         kept: impl Iterator<Item = &'a [Kept]>,
     ) -> Openness {
         let mut openness = Openness { first: vec![0], ..Openness::default() };
-        openness.inside = vec![Inside::default(); hierarchy.nodes.len()];
+        openness.inside = vec![Inside::default(); hierarchy.cluster_count()];
         for (index, kept) in kept.enumerate() {
             let side = forest.side(index);
-            let leaf = hierarchy.leaf(side.facet) as usize;
-            let area = hierarchy.nodes[leaf].area;
-            let normal = hierarchy.side_normal(side).as_vec3();
-            openness.inside[leaf].area.add(normal, area);
-            for (axis, part) in axial_parts(normal).into_iter().enumerate() {
-                openness.inside[leaf].open[axis] += area * part;
-                for Kept { node, share } in kept {
-                    openness.inside[*node as usize].open[axis] -= area * part * share;
-                }
+            let area = hierarchy.nodes[hierarchy.leaf(side.facet) as usize].area;
+            let parts = axial_parts(hierarchy.side_normal(side).as_vec3());
+            for Kept { node, share } in kept {
+                let inside = &mut openness.inside[hierarchy.cluster_place(*node)];
+                inside.open.iter_mut().zip(parts).for_each(|(sum, part)| *sum -= area * part * share);
             }
             openness.kept.extend_from_slice(kept);
             openness.first.push(openness.kept.len() as u32);
         }
-        for (index, node) in hierarchy.nodes.iter().enumerate().rev().filter(|(_, node)| !node.is_leaf()) {
-            for child in node.children(index as u32) {
-                let Inside { area, open } = openness.inside[child as usize];
-                openness.inside[index].area.merge(&area);
-                openness.inside[index].open.iter_mut().zip(open).for_each(|(sum, open)| *sum += open);
+        for cluster in hierarchy.clusters().rev() {
+            for child in hierarchy.nodes[cluster as usize].children(cluster) {
+                let below = match hierarchy.nodes[child as usize].kind(child) {
+                    NodeKind::Leaf(facet) => Inside::of_facet(hierarchy, forest, facet),
+                    NodeKind::Cluster(_) => openness.inside[hierarchy.cluster_place(child)],
+                };
+                openness.inside[hierarchy.cluster_place(cluster)].merge(&below);
             }
         }
         openness
@@ -124,11 +122,11 @@ impl Openness {
     }
 
     /// The area that the sides in each cluster turn towards each direction, local units.
-    pub fn area(&self, cluster: u32) -> &CosineLobes<f32> {
-        &self.inside[cluster as usize].area
+    pub fn area(&self, hierarchy: &Hierarchy, cluster: u32) -> &CosineLobes<f32> {
+        &self.inside[hierarchy.cluster_place(cluster)].area
     }
 
-    /// What comes to each cluster and to those above it over `links`.
+    /// What comes to each cluster and to those above it over `links`, by [place](Hierarchy::cluster_place).
     pub fn arriving(
         &self,
         hierarchy: &Hierarchy,
@@ -136,40 +134,27 @@ impl Openness {
         links: &LinkSet,
         light: &Light,
     ) -> Vec<Arriving> {
-        let mut arriving: Vec<Arriving> = (0..hierarchy.nodes.len() as u32)
-            .into_par_iter()
+        let clusters: Vec<u32> = hierarchy.clusters().collect();
+        let mut arriving: Vec<Arriving> = clusters
+            .par_iter()
             .with_min_len(256)
-            .map(|node| {
+            .map(|&cluster| {
+                let inside = &self.inside[hierarchy.cluster_place(cluster)];
                 let mut arriving = Arriving::default();
-                for link in links.of(node) {
+                for link in links.of(cluster) {
                     let carried = light.carried(hierarchy, forest, link);
-                    self.add(&mut arriving, link, direction(hierarchy, forest, link), carried);
+                    arriving.add(inside, link, direction(hierarchy, forest, link), carried);
                 }
                 arriving
             })
             .collect();
-        for (index, node) in hierarchy.nodes.iter().enumerate().filter(|(_, node)| !node.is_leaf()) {
-            let from_above = arriving[index];
-            node.children(index as u32)
-                .into_iter()
-                .for_each(|child| arriving[child as usize].merge(&from_above));
+        for cluster in clusters {
+            if let Some(above) = hierarchy.parent(cluster) {
+                let from_above = arriving[hierarchy.cluster_place(above)];
+                arriving[hierarchy.cluster_place(cluster)].merge(&from_above);
+            }
         }
         arriving
-    }
-
-    /// Adds what one link of a cluster brings, across the `direction` it comes from, to what arrives there.
-    fn add(&self, arriving: &mut Arriving, link: &Link, direction: Vec3, carried: Vec3) {
-        // What rays did not find kept off is not shaded, and light of its own comes from everywhere in the cluster.
-        if link.class != LinkClass::Partial || link.source == link.receiver {
-            arriving.even.add(direction, carried);
-            return;
-        }
-        let Inside { area, open } = &self.inside[link.receiver as usize];
-        let facing = if direction == Vec3::ZERO { area.mean() } else { area.evaluate(direction) };
-        let parts = axial_parts(direction);
-        let open: f32 = open.iter().zip(parts).map(|(open, part)| open * part).sum();
-        let gain = if open * MOST > facing { facing / open } else { MOST };
-        arriving.uneven.iter_mut().zip(parts).for_each(|(sum, part)| *sum += carried * (gain * part));
     }
 
     /// What falls on a side from all clusters it lies in; `arriving` is what came to each and to those above it.
@@ -182,10 +167,12 @@ impl Openness {
     ) -> Vec3 {
         let named = forest.side(side);
         let normal = hierarchy.side_normal(named).as_vec3();
-        let all = &arriving[hierarchy.leaf(named.facet) as usize];
+        // Without a cluster there is nothing that light could come from.
+        let Some(cluster) = hierarchy.parent(hierarchy.leaf(named.facet)) else { return Vec3::ZERO };
+        let all = &arriving[hierarchy.cluster_place(cluster)];
         let mut uneven = all.uneven_on(normal);
         for kept in self.kept_of(side) {
-            uneven -= arriving[kept.node as usize].uneven_on(normal) * kept.share;
+            uneven -= arriving[hierarchy.cluster_place(kept.node)].uneven_on(normal) * kept.share;
         }
         // Less than nothing is rounding here.
         all.even.evaluate(normal) + uneven.max(Vec3::ZERO)
@@ -200,7 +187,42 @@ impl Openness {
     }
 }
 
+impl Inside {
+    /// How the sides of one facet lie, with nothing before them.
+    fn of_facet(hierarchy: &Hierarchy, forest: &Forest, facet: u32) -> Inside {
+        let mut inside = Inside::default();
+        let area = hierarchy.nodes[hierarchy.leaf(facet) as usize].area;
+        for side in forest.sides_of(facet) {
+            let normal = hierarchy.side_normal(forest.side(side)).as_vec3();
+            inside.area.add(normal, area);
+            inside.open.iter_mut().zip(axial_parts(normal)).for_each(|(sum, part)| *sum += area * part);
+        }
+        inside
+    }
+
+    /// Adds how the sides of a node in the cluster lie.
+    fn merge(&mut self, below: &Inside) {
+        self.area.merge(&below.area);
+        self.open.iter_mut().zip(below.open).for_each(|(sum, open)| *sum += open);
+    }
+}
+
 impl Arriving {
+    /// Adds what one link of a cluster brings, across the `direction` it comes from; `inside` is that of the cluster.
+    fn add(&mut self, inside: &Inside, link: &Link, direction: Vec3, carried: Vec3) {
+        // What rays did not find kept off is not shaded, and light of its own comes from everywhere in the cluster.
+        if link.class != LinkClass::Partial || link.source == link.receiver {
+            self.even.add(direction, carried);
+            return;
+        }
+        let Inside { area, open } = inside;
+        let facing = if direction == Vec3::ZERO { area.mean() } else { area.evaluate(direction) };
+        let parts = axial_parts(direction);
+        let open: f32 = open.iter().zip(parts).map(|(open, part)| open * part).sum();
+        let gain = if open * MOST > facing { facing / open } else { MOST };
+        self.uneven.iter_mut().zip(parts).for_each(|(sum, part)| *sum += carried * (gain * part));
+    }
+
     /// Adds what came to the cluster above.
     fn merge(&mut self, above: &Arriving) {
         self.even.merge(&above.even);

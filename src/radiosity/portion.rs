@@ -28,8 +28,10 @@ impl Solution {
             progress: &Silent,
         };
         let materials = Materials { hierarchy, forest };
-        let received =
-            |light: &Light| light.iterate(hierarchy, forest, &self.links, &materials, receiving).irradiance;
+        let received = |light: &Light| {
+            let dark = Light::dark(forest.len());
+            light.iterate(hierarchy, forest, &self.links, &materials, receiving, dark).irradiance
+        };
         let (part, all) =
             (received(&self.light.only_of(hierarchy, forest, is_left_out)), received(&self.light));
         let rest = |element: usize| {

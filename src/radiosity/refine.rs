@@ -3,7 +3,7 @@
 
 use super::estimate::{Estimate, Party, estimate, estimate_of_link, refined_factor};
 use super::forest::Forest;
-use super::links::{Link, LinkClass};
+use super::links::{Blocked, Link, LinkClass, Pairs};
 use super::quarters::Quarters;
 use super::shading::Shading;
 use super::solve::Record;
@@ -22,6 +22,13 @@ use std::ops::AddAssign;
 
 /// Pairs that carry this many thresholds of power have enough below them to be worth sharing out.
 const PARALLEL_IMPORTANCE: f64 = 64.0;
+
+/// Links are refined in no more parts than this, and so are blocked pairs, each part with counters of its own; threads
+/// share out a part's work, too.
+const MOST_PARTS: usize = 4096;
+
+/// Fewer pairs than this are not worth a part.
+const LEAST_IN_PART: usize = 256;
 
 /// Pairs the refinement ended at and that are not stored, and the work it took.
 #[derive(Clone, Debug, Default)]
@@ -89,9 +96,9 @@ struct PairState<'a> {
     inheritance: Inheritance<'a>,
 }
 
-/// Links and counts of one task.
+/// Pairs and counts of one task.
 struct Output {
-    links: Vec<Link>,
+    pairs: Pairs,
     counters: RefineCounters,
     done: WorkDone,
     worker: Worker,
@@ -99,10 +106,18 @@ struct Output {
 
 impl Output {
     fn absorb(&mut self, other: Output) {
-        self.links.extend(other.links);
+        self.pairs.absorb(other.pairs);
         self.counters += other.counters;
         self.worker.absorb(other.worker);
         self.done.absorb(other.done);
+    }
+
+    /// Without room to grow or to work in: parts wait for each other until the last is done.
+    fn closed(mut self) -> Output {
+        self.pairs.shrink();
+        self.done.join();
+        self.worker = self.worker.closed();
+        self
     }
 }
 
@@ -147,38 +162,49 @@ enum Split {
 }
 
 impl<'a> Refiner<'a> {
-    /// Splits every link that is not good enough any more; the others stay as they are. The order of
+    /// Splits every pair that is not good enough any more; the others stay as they are. The order of
     /// the result depends on the input alone.
-    pub(super) fn refine(&self, links: Vec<Link>) -> (Vec<Link>, RefineCounters, WorkDone) {
+    pub(super) fn refine(&self, Pairs { links, blocked }: Pairs) -> (Pairs, RefineCounters, WorkDone) {
+        // What the light of the iterations before was in would stay resident besides all that is made here.
+        give_back_freed();
         let root = CandidateSet::root();
-        let parts: Vec<Output> = links
-            .par_chunks(256)
-            .with_max_len(1)
-            .map(|chunk| {
-                let _work = Work::begin(self.progress, "refine");
-                let mut output = self.output();
-                for link in chunk {
-                    self.revisit(link, &root, &mut output);
-                }
-                output.done.join();
-                self.progress.advance(chunk.len() as u64);
-                output
-            })
-            .collect();
-        // At its largest, memory holds the links twice: not the old ones as well, nor room to grow.
-        drop(links);
+        let mut parts = self.revisited(links, |link, output| {
+            if self.stays_or_is_divided(link, &root, output) {
+                output.pairs.links.push(*link);
+            }
+        });
+        parts.extend(self.revisited(blocked, |blocked, output| {
+            if self.stays_or_is_divided(&blocked.as_link(), &root, output) {
+                output.pairs.blocked.push(*blocked);
+            }
+        }));
+        // At its largest, memory holds the pairs twice: not the old ones as well, nor room to grow.
         let mut all = self.output();
-        all.links.reserve_exact(parts.iter().map(|part| part.links.len()).sum());
+        all.pairs.links.reserve_exact(parts.iter().map(|part| part.pairs.links.len()).sum());
+        all.pairs.blocked.reserve_exact(parts.iter().map(|part| part.pairs.blocked.len()).sum());
         parts.into_iter().for_each(|part| all.absorb(part));
         // The parts lay in the heaps of all threads, where nothing as large as what comes next finds room.
         give_back_freed();
         (all.counters.visibility, all.counters.detail) = all.worker.into_counted();
-        (all.links, all.counters, all.done)
+        (all.pairs, all.counters, all.done)
+    }
+
+    /// What becomes of `pairs`, as parts in their order; the memory of the pairs is free afterwards.
+    fn revisited<T: Sync>(&self, pairs: Vec<T>, revisit: impl Fn(&T, &mut Output) + Sync) -> Vec<Output> {
+        let size = pairs.len().div_ceil(MOST_PARTS).max(LEAST_IN_PART);
+        let parts = pairs.par_chunks(size).with_max_len(1).map(|chunk| {
+            let _work = Work::begin(self.progress, "refine");
+            let mut output = self.output();
+            chunk.iter().for_each(|pair| revisit(pair, &mut output));
+            self.progress.advance(chunk.len() as u64);
+            output.closed()
+        });
+        parts.collect()
     }
 
     fn output(&self) -> Output {
         Output {
-            links: Vec::new(),
+            pairs: Pairs::default(),
             counters: RefineCounters::default(),
             done: WorkDone::default(),
             worker: self.tester.worker(),
@@ -214,7 +240,7 @@ impl<'a> Refiner<'a> {
                 }
                 done.join();
                 self.progress.advance(chunk.len() as u64);
-                (worker, done)
+                (worker.closed(), done)
             })
             .collect();
         let (mut all, mut all_done) = (self.tester.worker(), WorkDone::default());
@@ -226,8 +252,9 @@ impl<'a> Refiner<'a> {
         (counters, all_done)
     }
 
-    /// Keeps a link, or takes it up again with the present light.
-    fn revisit(&self, link: &Link, root: &CandidateSet, output: &mut Output) {
+    /// Whether a link stays as it is. Else it is taken up again with the present light, and what becomes of it is in
+    /// the output.
+    fn stays_or_is_divided(&self, link: &Link, root: &CandidateSet, output: &mut Output) -> bool {
         let clusters = self.hierarchy.nodes.len() as u32;
         if link.class != LinkClass::Untested && link.receiver >= clusters && link.source >= clusters {
             let source = (link.source - clusters) as usize;
@@ -238,11 +265,10 @@ impl<'a> Refiner<'a> {
             let error = 0.5 * link.spread as f64 * exitance + uneven;
             let cell = self.forest.cell[(link.receiver - clusters) as usize];
             let limits = self.limits_at(self.irradiance_of(cell));
-            let shadow = link.class >= LinkClass::Partial
+            let shadow = link.class == LinkClass::Partial
                 && (0.5 * irradiance > limits.irradiance || 0.25 * irradiance * area > limits.power);
             if error * area <= limits.power && uneven <= limits.irradiance && !shadow {
-                output.links.push(*link);
-                return;
+                return true;
             }
         }
         let (receiver, source) = (self.party(link.receiver), self.party(link.source));
@@ -254,20 +280,20 @@ impl<'a> Refiner<'a> {
         };
         if link.class != LinkClass::Untested {
             let figures = estimate_of_link(link, &receiver, &source, self.hierarchy, self.light);
-            let Some(figures) = figures else { return };
-            let partial = link.class >= LinkClass::Partial;
+            let Some(figures) = figures else { return false };
+            let partial = link.class == LinkClass::Partial;
             if self.wanted_split(&receiver, &source, &figures, partial).is_none() {
-                output.links.push(*link);
-                return;
+                return true;
             }
         }
         self.pair(&receiver, &source, PairState { visible, inheritance }, output);
+        false
     }
 
     /// Whether a link is one that would be divided further.
     pub(super) fn is_coarse(&self, link: &Link) -> bool {
         let (receiver, source) = (self.party(link.receiver), self.party(link.source));
-        let partial = link.class >= LinkClass::Partial;
+        let partial = link.class == LinkClass::Partial;
         estimate_of_link(link, &receiver, &source, self.hierarchy, self.light)
             .is_some_and(|figures| self.wanted_split(&receiver, &source, &figures, partial).is_some())
     }
@@ -320,21 +346,16 @@ impl<'a> Refiner<'a> {
             output.worker.count_untested(Answer::Facing, level);
             return;
         };
-        let mut link = Link {
-            receiver: receiver.id(self.hierarchy),
-            source: source.id(self.hierarchy),
-            factor: figures.factor as f32,
-            spread: figures.spread as f32,
-            visibility: 1.0,
-            quarters: Quarters::UNIFORM,
-            class: LinkClass::Untested,
-            inherited: false,
-            work: 0,
-        };
+        let mut link = Link::untested(
+            receiver.id(self.hierarchy),
+            source.id(self.hierarchy),
+            figures.factor as f32,
+            figures.spread as f32,
+        );
         // Dark, for now. A bright source that only few points see is another matter.
         if figures.power.max(figures.kernel_error) <= 0.0 {
             output.worker.count_untested(Answer::Dark, level);
-            output.links.push(link);
+            output.pairs.links.push(link);
             return;
         }
         if let Some(certified) = state.visible {
@@ -346,7 +367,7 @@ impl<'a> Refiner<'a> {
                     link.inherited = true;
                     link.factor = factor_to_keep(&figures, receiver, source);
                     link.quarters = quarters(receiver, source, self.forest);
-                    output.links.push(link);
+                    output.pairs.links.push(link);
                 }
             }
             return;
@@ -400,19 +421,22 @@ impl<'a> Refiner<'a> {
                 output.counters.invisible += 1;
                 output.counters.certified_invisible += u64::from(verdict.certified);
             }
+            None if verdict.class == Class::Invisible => {
+                link.factor = factor_to_keep(&figures, receiver, source);
+                output.pairs.blocked.push(Blocked::from(&link));
+            }
             None => {
                 link.factor = factor_to_keep(&figures, receiver, source);
                 link.visibility = verdict.fraction;
                 link.class = match (verdict.class, verdict.certified) {
                     (Class::Visible, true) => LinkClass::CertifiedVisible,
                     (Class::Visible, false) => LinkClass::Visible,
-                    (Class::Invisible, _) => LinkClass::Invisible,
                     _ => LinkClass::Partial,
                 };
                 if verdict.class == Class::Visible || self.is_classic() || source.is_uniform() {
                     link.quarters = quarters(receiver, source, self.forest);
                 }
-                output.links.push(link);
+                output.pairs.links.push(link);
             }
         }
         if let Some(set) = narrowed {

@@ -4,9 +4,8 @@ use super::approach::Approach;
 use super::conservation::Conservation;
 use super::flight::{flight, rooms};
 use super::forest::Forest;
-use super::links::{Link, LinkClass, LinkSet};
+use super::links::{Link, LinkSet, Pairs};
 use super::openness::Openness;
-use super::quarters::Quarters;
 use super::refine::{RefineCounters, Refiner, Thresholds};
 use super::strays::{Strays, Watched};
 use super::transport::{Damping, Light, Materials, Receiving, Surface};
@@ -142,7 +141,8 @@ impl Solution {
         let damping = Damping::none(self.forest.len());
         let (openness, strays, factor) = (&self.openness, &self.strays, self.factor);
         let receiving = Receiving { damping: &damping, openness, strays, factor, progress: &Silent };
-        self.light.iterate(hierarchy, &self.forest, &self.links, &materials, receiving)
+        let dark = Light::dark(self.forest.len());
+        self.light.iterate(hierarchy, &self.forest, &self.links, &materials, receiving, dark)
     }
 
     /// Triangles of the final mesh: the leaf elements, triangulated.
@@ -170,8 +170,9 @@ impl Solution {
     pub fn elements_bytes(&self) -> u64 {
         let element =
             size_of::<crate::hierarchy::ElementTree>() + size_of::<Vec3>() * 3 + size_of::<f32>() * 6;
-        let cluster = size_of::<crate::math::CosineLobes>() + 3 * size_of::<f32>();
-        (self.forest.len() * element + self.light.power.len() * cluster) as u64 + self.openness.bytes()
+        let intensity = size_of_val(&self.light.intensity[..]);
+        let nodes = self.light.power.len() * 3 * size_of::<f32>();
+        (self.forest.len() * element + intensity + nodes) as u64 + self.openness.bytes()
     }
 }
 
@@ -233,11 +234,13 @@ pub(super) fn iterate(
     let Beginning { begun, mut forest, mut links, openness, mut strays, mut counters, min_size, .. } =
         beginning;
     let tester = Tester::new(hierarchy, tracer, options.visibility).detailed(options.record == Record::Steps);
-    let mut light = Light::emitted(hierarchy, &forest, &Materials { hierarchy, forest: &forest });
+    let materials = Materials { hierarchy, forest: &forest };
+    let mut light = Light::emitted(hierarchy, &forest, &materials, Light::dark(forest.len()));
     let mut damping = match beginning.is_refined {
         None => Damping::none(forest.len()),
         Some(_) => Damping::new(hierarchy, &forest, &links, (&openness, &strays), Damping::MANY, progress),
     };
+    let mut blocked = Vec::new();
     let mut conservation = Conservation::beginning_with(beginning.factor);
     let emitted = emitted_power(hierarchy, &forest);
     let mut work = Vec::new();
@@ -303,7 +306,10 @@ pub(super) fn iterate(
         if !settled && is_waiting.is_none() {
             let start = Instant::now();
             approach.shown = None;
-            progress.start("refine", links.links.len() as u64);
+            let before = links.links.len();
+            let pairs =
+                Pairs { links: std::mem::take(&mut links.links), blocked: std::mem::take(&mut blocked) };
+            progress.start("refine", pairs.len() as u64);
             let refiner = Refiner {
                 hierarchy,
                 forest: &forest,
@@ -313,29 +319,28 @@ pub(super) fn iterate(
                 record: options.record,
                 progress,
             };
-            let before = carrying(&links.links);
-            let (mut refined, counted, mut done) = refiner.refine(std::mem::take(&mut links.links));
+            let (mut refined, counted, mut done) = refiner.refine(pairs);
             counters += counted;
-            let after = carrying(&refined);
+            let after = refined.links.len();
             let new_from_old = forest.renumber(hierarchy);
-            rename(&mut refined, hierarchy.nodes.len() as u32, &new_from_old);
+            refined.rename(hierarchy.nodes.len() as u32, &new_from_old);
             if options.record == Record::Work {
                 work = renumbered(&work, hierarchy.nodes.len(), forest.len(), &new_from_old);
                 done.rename(hierarchy.nodes.len() as u32, &new_from_old);
                 done.add_to(&mut work);
             }
             light = light.renumbered(&forest, &new_from_old);
+            drop(new_from_old);
             let added = after.abs_diff(before) as f64;
             settled = refinements > SCHEDULE.len() && added <= SETTLED * after as f64
                 || refinements >= REFINED_AT_MOST;
             let is_last = settled || iterations + 1 == options.iterations.max(1);
+            blocked = refined.blocked;
             if is_last {
-                let kept = refined.len();
-                refined.retain(|link| link.class != LinkClass::Invisible);
-                refined.shrink_to_fit();
-                counters.invisible += (kept - refined.len()) as u64;
+                counters.invisible += blocked.len() as u64;
+                blocked = Vec::new();
             }
-            links = LinkSet::new(refined, hierarchy.nodes.len() + forest.len());
+            links = LinkSet::new(refined.links, hierarchy.nodes.len() + forest.len());
             strays = Strays::none(forest.len());
             let bounces = if is_last { Damping::MANY } else { Damping::FEW };
             progress.finish();
@@ -347,7 +352,8 @@ pub(super) fn iterate(
             Receiving { damping: &damping, openness: &openness, strays: &strays, factor, progress };
         let materials = Materials { hierarchy, forest: &forest };
         approach.show(progress);
-        let next = light.iterate(hierarchy, &forest, &links, &materials, receiving);
+        let dark = Light::dark(forest.len());
+        let next = light.iterate(hierarchy, &forest, &links, &materials, receiving, dark);
         if settled {
             conservation.look(hierarchy, &forest, &light, tracer, weighed || looked_for_strays);
             conservation.follow(&forest, &light, &next);
@@ -392,22 +398,7 @@ pub(super) fn iterate(
 }
 
 /// The scene lights itself: the one link everything starts from.
-const SELF_LINK: Link = Link {
-    receiver: 0,
-    source: 0,
-    factor: 0.0,
-    spread: 0.0,
-    visibility: 1.0,
-    quarters: Quarters::UNIFORM,
-    class: LinkClass::Untested,
-    inherited: false,
-    work: 0,
-};
-
-/// Links that may carry light. How many others are kept for another look is up to what could be proved.
-fn carrying(links: &[Link]) -> usize {
-    links.iter().filter(|link| link.class != LinkClass::Invisible).count()
-}
+const SELF_LINK: Link = Link::untested(0, 0, 0.0, 0.0);
 
 /// Work by node id, with other element ids.
 fn renumbered(work: &[u64], clusters: usize, elements: usize, new_from_old: &[u32]) -> Vec<u64> {
@@ -417,17 +408,6 @@ fn renumbered(work: &[u64], clusters: usize, elements: usize, new_from_old: &[u3
         renumbered[new] = done;
     }
     renumbered
-}
-
-/// Replaces provisional element ids.
-fn rename(links: &mut [Link], clusters: u32, new_from_old: &[u32]) {
-    use rayon::prelude::*;
-    let renamed =
-        |id: u32| if id < clusters { id } else { clusters + new_from_old[(id - clusters) as usize] };
-    links.par_iter_mut().with_min_len(4096).for_each(|link| {
-        link.receiver = renamed(link.receiver);
-        link.source = renamed(link.source);
-    });
 }
 
 /// Emitted power, local areas.

@@ -6,7 +6,7 @@ use super::links::{Link, LinkClass, LinkSet};
 use super::openness::{Arriving, Openness};
 use super::reflectance::Reflectance;
 use super::strays::Strays;
-use crate::hierarchy::{Hierarchy, Side};
+use crate::hierarchy::{Hierarchy, NodeKind};
 use crate::math::CosineLobes;
 use crate::progress::{Progress, Silent, Work};
 use glam::Vec3;
@@ -19,7 +19,8 @@ const BLOCK: usize = 512;
 /// A source whose exitance differs by less than this share counts as uniform: rays differ by far more.
 const EVEN: f32 = 0.05;
 
-/// Light on every element and cluster.
+/// Light on every element and cluster. While links are refined there are lights of which only what links need is known;
+/// what else there is of them is empty.
 #[derive(Clone, Debug, Default)]
 pub struct Light {
     /// Exitance of each element; the area average in inner ones, W/m².
@@ -30,13 +31,13 @@ pub struct Light {
     pub variation: Vec<f32>,
     /// Exitance of the brightest leaf below each element, largest channel.
     pub brightest: Vec<f32>,
-    /// Intensity of each cluster towards each direction, W/sr in local areas.
+    /// Intensity of each cluster towards each direction, by its [place](Hierarchy::cluster_place), W/sr in local areas.
     pub intensity: Vec<CosineLobes>,
-    /// Power each cluster sends out, largest channel, W in local areas.
+    /// Power each node of the hierarchy sends out, largest channel, W in local areas.
     pub power: Vec<f32>,
-    /// Largest exitance in each cluster, largest channel.
+    /// Largest exitance in each node of the hierarchy, largest channel.
     pub peak: Vec<f32>,
-    /// Mean irradiance of all sides in each cluster, largest channel.
+    /// Mean irradiance of all sides in each node of the hierarchy, largest channel.
     pub lit: Vec<f32>,
 }
 
@@ -81,11 +82,19 @@ impl Damping {
         let damping = Damping::none(forest.len());
         let receiving = Receiving { damping: &damping, openness, strays, factor: 1.0, progress };
         let glowing = Glowing(Materials { hierarchy, forest });
-        let mut before = Light::emitted(hierarchy, forest, &glowing);
-        let mut after = before.iterate(hierarchy, forest, links, &glowing, receiving);
+        let mut before = Light::emitted(hierarchy, forest, &glowing, Light::dark_to_links(forest.len()));
+        let mut after =
+            before.iterate(hierarchy, forest, links, &glowing, receiving, Light::dark_to_links(forest.len()));
         for _ in 1..bounces {
             before = after;
-            after = before.iterate(hierarchy, forest, links, &glowing, receiving);
+            after = before.iterate(
+                hierarchy,
+                forest,
+                links,
+                &glowing,
+                receiving,
+                Light::dark_to_links(forest.len()),
+            );
         }
         progress.finish();
         let share = |(before, after): (&Vec3, &Vec3)| {
@@ -138,21 +147,27 @@ impl Surface for Materials<'_> {
 
 impl Light {
     /// No light on so many elements; nothing yet of clusters.
-    fn dark(elements: usize) -> Light {
+    pub(super) fn dark(elements: usize) -> Light {
         Light {
-            exitance: vec![Vec3::ZERO; elements],
             irradiance: vec![Vec3::ZERO; elements],
             variation: vec![0.0; elements],
-            brightest: vec![0.0; elements],
-            ..Light::default()
+            ..Light::dark_to_links(elements)
         }
     }
 
-    /// The light before the first iteration: emission only.
-    pub(super) fn emitted(hierarchy: &Hierarchy, forest: &Forest, surface: &dyn Surface) -> Light {
-        let elements = vec![Vec3::ZERO; forest.len()];
-        let dark = vec![Arriving::default(); hierarchy.nodes.len()];
-        let mut light = Light::dark(forest.len());
+    /// The same, for what links need of it alone, half as large: exitance and intensity.
+    pub(super) fn dark_to_links(elements: usize) -> Light {
+        Light { exitance: vec![Vec3::ZERO; elements], brightest: vec![0.0; elements], ..Light::default() }
+    }
+
+    /// The light before the first iteration: emission only. It is written to what there is room for in `light`.
+    pub(super) fn emitted(
+        hierarchy: &Hierarchy,
+        forest: &Forest,
+        surface: &dyn Surface,
+        mut light: Light,
+    ) -> Light {
+        let dark = vec![Arriving::default(); hierarchy.cluster_count()];
         let (damping, strays) = (Damping::none(forest.len()), Strays::none(forest.len()));
         let openness = Openness::unknown();
         let receiving = Receiving {
@@ -162,7 +177,7 @@ impl Light {
             factor: 1.0,
             progress: &Silent,
         };
-        light.push_pull(hierarchy, forest, surface, receiving, &elements, &dark);
+        light.push_pull(hierarchy, forest, surface, receiving, &dark);
         light
     }
 
@@ -209,26 +224,28 @@ impl Light {
         only
     }
 
-    /// Carries the light over to a new numbering; elements new in it take their parent's.
-    pub(super) fn renumbered(&self, forest: &Forest, new_from_old: &[u32]) -> Light {
-        const UNKNOWN: Vec3 = Vec3::NAN;
-        let mut exitance = vec![UNKNOWN; forest.len()];
-        let (mut variation, mut brightest) = (vec![0.0; forest.len()], vec![0.0; forest.len()]);
-        for (old, &new) in new_from_old.iter().enumerate().take(self.exitance.len()) {
-            exitance[new as usize] = self.exitance[old];
-            variation[new as usize] = self.variation[old];
-            brightest[new as usize] = self.brightest[old];
+    /// What links need of the light, in a new numbering; elements new in it take their parent's.
+    pub(super) fn renumbered(self, forest: &Forest, new_from_old: &[u32]) -> Light {
+        fn moved<T: Copy>(before: Vec<T>, new_from_old: &[u32], unknown: T, count: usize) -> Vec<T> {
+            let mut moved = vec![unknown; count];
+            for (value, &new) in before.into_iter().zip(new_from_old) {
+                moved[new as usize] = value;
+            }
+            moved
         }
+        let Light { exitance, brightest, intensity, .. } = self;
+        let mut exitance = moved(exitance, new_from_old, Vec3::NAN, forest.len());
+        let mut brightest = moved(brightest, new_from_old, 0.0, forest.len());
         for e in 0..exitance.len() {
             let second = forest.second[e] as usize;
             if second != 0 && exitance[second].is_nan() {
-                exitance[e + 1] = exitance[e];
-                exitance[second] = exitance[e];
-                brightest[e + 1] = exitance[e].max_element();
-                brightest[second] = exitance[e].max_element();
+                for half in [e + 1, second] {
+                    exitance[half] = exitance[e];
+                    brightest[half] = exitance[e].max_element();
+                }
             }
         }
-        Light { irradiance: vec![Vec3::ZERO; forest.len()], variation, brightest, exitance, ..self.clone() }
+        Light { exitance, brightest, intensity, ..Light::default() }
     }
 
     /// Whether the exitance differs so little below an element that it counts as uniform where rays weigh it.
@@ -247,7 +264,7 @@ impl Light {
         forest.leaves().map(|e| (self.irradiance[e].element_sum() * forest.area[e]) as f64).sum()
     }
 
-    /// Gathers over all links and updates everything; returns the new light.
+    /// Gathers over all links and updates everything; the new light is written to what there is room for in `next`.
     pub(super) fn iterate(
         &self,
         hierarchy: &Hierarchy,
@@ -255,23 +272,17 @@ impl Light {
         links: &LinkSet,
         surface: &dyn Surface,
         receiving: Receiving<'_>,
+        mut next: Light,
     ) -> Light {
         let clusters = hierarchy.nodes.len() as u32;
         let working = || Work::begin(receiving.progress, "gather");
-        let gathered: Vec<Vec3> = (0..forest.len() as u32)
-            .into_par_iter()
-            .with_min_len(256)
-            .map_init(working, |_, element| {
-                let receiver = clusters + element;
-                links
-                    .of(receiver)
-                    .iter()
-                    .fold(Vec3::ZERO, |sum, link| sum + self.carried(hierarchy, forest, link))
-            })
-            .collect();
+        let elements = next.exitance.par_iter_mut().with_min_len(256).enumerate();
+        elements.for_each_init(working, |_, (element, gathered)| {
+            let own = links.of(clusters + element as u32).iter();
+            *gathered = own.fold(Vec3::ZERO, |sum, link| sum + self.carried(hierarchy, forest, link));
+        });
         let arriving = receiving.openness.arriving(hierarchy, forest, links, self);
-        let mut next = Light::dark(forest.len());
-        next.push_pull(hierarchy, forest, surface, receiving, &gathered, &arriving);
+        next.push_pull(hierarchy, forest, surface, receiving, &arriving);
         next
     }
 
@@ -289,7 +300,7 @@ impl Light {
         }
         let factor = link.factor * link.visibility;
         let away = -direction(hierarchy, forest, link);
-        let lobes = &self.intensity[link.source as usize];
+        let lobes = &self.intensity[hierarchy.cluster_place(link.source)];
         (if away == Vec3::ZERO { lobes.mean() } else { lobes.evaluate(away) }) * factor
     }
 
@@ -306,27 +317,14 @@ impl Light {
 
     /// Sends gathered light down to the leaves and the new exitance up again.
     ///
-    /// `gathered` is irradiance by element, `arriving` what each cluster and those above it received.
+    /// In the place of the exitance of each element is what it gathered, its irradiance over its own links; `arriving` is
+    /// what each cluster and those above it received.
     fn push_pull(
         &mut self,
         hierarchy: &Hierarchy,
         forest: &Forest,
         surface: &dyn Surface,
         receiving: Receiving<'_>,
-        gathered: &[Vec3],
-        arriving: &[Arriving],
-    ) {
-        self.push_pull_elements(hierarchy, forest, surface, receiving, gathered, arriving);
-        self.pull_clusters(hierarchy, forest);
-    }
-
-    fn push_pull_elements(
-        &mut self,
-        hierarchy: &Hierarchy,
-        forest: &Forest,
-        surface: &dyn Surface,
-        receiving: Receiving<'_>,
-        gathered: &[Vec3],
         arriving: &[Arriving],
     ) {
         let mut blocks = Vec::new();
@@ -335,47 +333,43 @@ impl Light {
         for first in (0..forest.side_count()).step_by(BLOCK) {
             let end = (first + BLOCK).min(forest.side_count());
             let count = (forest.first_element[end] - forest.first_element[first]) as usize;
-            let (a, b, c, d);
-            (a, exitance) = exitance.split_at_mut(count);
-            (b, irradiance) = irradiance.split_at_mut(count);
-            (c, variation) = variation.split_at_mut(count);
-            (d, brightest) = brightest.split_at_mut(count);
+            let (a, b) = (begin_of(&mut exitance, count), begin_of(&mut irradiance, count));
+            let (c, d) = (begin_of(&mut variation, count), begin_of(&mut brightest, count));
             blocks.push((first..end, a, b, c, d));
         }
         blocks.into_par_iter().for_each(|(sides, exitance, irradiance, variation, brightest)| {
             let _work = Work::begin(receiving.progress, "gather");
             let offset = forest.first_element[sides.start] as usize;
             let elements = Elements { forest, offset, exitance, irradiance, variation, brightest };
-            let mut block = Block { elements, gathered, receiving };
+            let mut block = Block { elements, receiving };
             for index in sides {
                 let from_clusters = receiving.openness.irradiance(hierarchy, forest, index, arriving);
                 block.push_pull(forest.first_element[index], from_clusters, surface.of(index));
             }
         });
+        self.pull_clusters(hierarchy, forest);
     }
 
+    /// What clusters send and receive, from the light of the elements.
     fn pull_clusters(&mut self, hierarchy: &Hierarchy, forest: &Forest) {
-        let mut lobes = vec![CosineLobes::default(); hierarchy.nodes.len()];
+        self.intensity = intensities(hierarchy, forest, &self.exitance);
+        if self.irradiance.is_empty() {
+            return;
+        }
         self.power = vec![0.0; hierarchy.nodes.len()];
         self.peak = vec![0.0; hierarchy.nodes.len()];
         self.lit = vec![0.0; hierarchy.nodes.len()];
         for index in (0..hierarchy.nodes.len()).rev() {
             let node = &hierarchy.nodes[index];
             if node.is_leaf() {
-                for back in [false, true] {
-                    let named = Side { facet: node.first, back };
-                    let Some(side) = forest.side_index(named) else { continue };
+                for side in forest.sides_of(node.first) {
                     let root = forest.first_element[side] as usize;
-                    let power = self.exitance[root] * forest.area[root];
-                    lobes[index].add(hierarchy.side_normal(named).as_vec3(), power / PI);
-                    self.power[index] += power.max_element();
+                    self.power[index] += (self.exitance[root] * forest.area[root]).max_element();
                     self.lit[index] += self.irradiance[root].max_element() / hierarchy.sides() as f32;
                     self.peak[index] = self.peak[index].max(self.brightest[root]);
                 }
             } else {
                 for child in node.children(index as u32).map(|c| c as usize) {
-                    let below = lobes[child];
-                    lobes[index].merge(&below);
                     self.power[index] += self.power[child];
                     self.lit[index] +=
                         self.lit[child] * (hierarchy.nodes[child].area / node.area.max(f32::MIN_POSITIVE));
@@ -383,8 +377,32 @@ impl Light {
                 }
             }
         }
-        self.intensity = lobes;
     }
+}
+
+/// Intensity of each cluster, from the exitance of the elements: see [`Light::intensity`].
+pub(crate) fn intensities(hierarchy: &Hierarchy, forest: &Forest, exitance: &[Vec3]) -> Vec<CosineLobes> {
+    let mut intensities = vec![CosineLobes::default(); hierarchy.cluster_count()];
+    for cluster in hierarchy.clusters().rev() {
+        let mut sum = CosineLobes::default();
+        for child in hierarchy.nodes[cluster as usize].children(cluster) {
+            let below = match hierarchy.nodes[child as usize].kind(child) {
+                NodeKind::Leaf(facet) => {
+                    let mut lobes = CosineLobes::default();
+                    for side in forest.sides_of(facet) {
+                        let root = forest.first_element[side] as usize;
+                        let normal = hierarchy.side_normal(forest.side(side)).as_vec3();
+                        lobes.add(normal, exitance[root] * forest.area[root] / PI);
+                    }
+                    lobes
+                }
+                NodeKind::Cluster(_) => intensities[hierarchy.cluster_place(child)],
+            };
+            sum.merge(&below);
+        }
+        intensities[hierarchy.cluster_place(cluster)] = sum;
+    }
+    intensities
 }
 
 /// Unit direction from the receiver's centre to the source's; zero when they coincide.
@@ -403,7 +421,6 @@ pub fn direction(hierarchy: &Hierarchy, forest: &Forest, link: &Link) -> Vec3 {
 /// A run of sides with its share of the arrays, and what comes to it.
 struct Block<'a> {
     elements: Elements<'a>,
-    gathered: &'a [Vec3],
     receiving: Receiving<'a>,
 }
 
@@ -411,7 +428,7 @@ impl Block<'_> {
     /// Pushes irradiance into one element tree and pulls its exitance; returns the smallest and
     /// largest exitance of its leaves, by channel.
     fn push_pull(&mut self, element: u32, from_above: Vec3, surface: (Vec3, Reflectance<'_>)) -> Range {
-        let irradiance = from_above + self.gathered[element as usize];
+        let irradiance = from_above + self.elements.exitance[element as usize - self.elements.offset];
         let second = self.elements.forest.second[element as usize];
         if second == 0 {
             let share = self.receiving.damping.0[element as usize] * self.receiving.factor;
@@ -426,13 +443,21 @@ impl Block<'_> {
 /// The smallest and largest exitance of some leaf elements, by channel.
 type Range = (Vec3, Vec3);
 
+/// Takes `count` values from the beginning of what is left of an array, or none of one without any.
+fn begin_of<'a, T>(rest: &mut &'a mut [T], count: usize) -> &'a mut [T] {
+    let count = count.min(rest.len());
+    rest.split_off_mut(..count).unwrap_or_default()
+}
+
 /// Light on a run of elements.
 struct Elements<'a> {
     forest: &'a Forest,
     /// The first of them.
     offset: usize,
     exitance: &'a mut [Vec3],
+    /// Empty if nobody asks.
     irradiance: &'a mut [Vec3],
+    /// Likewise.
     variation: &'a mut [f32],
     brightest: &'a mut [f32],
 }
@@ -446,7 +471,9 @@ impl Elements<'_> {
         (emitted, reflectance): (Vec3, Reflectance<'_>),
     ) -> Range {
         let own = element as usize - self.offset;
-        self.irradiance[own] = irradiance;
+        if let Some(kept) = self.irradiance.get_mut(own) {
+            *kept = irradiance;
+        }
         self.exitance[own] = emitted + reflectance.of(element) * irradiance;
         self.brightest[own] = self.exitance[own].max_element();
         (self.exitance[own], self.exitance[own])
@@ -459,10 +486,14 @@ impl Elements<'_> {
         let share = self.forest.area[element as usize + 1]
             / (self.forest.area[element as usize + 1] + self.forest.area[second]);
         // So written, halves that are alike give exactly what they are, split or not.
-        self.irradiance[own] = self.irradiance[b] + (self.irradiance[a] - self.irradiance[b]) * share;
+        if !self.irradiance.is_empty() {
+            self.irradiance[own] = self.irradiance[b] + (self.irradiance[a] - self.irradiance[b]) * share;
+        }
         self.exitance[own] = self.exitance[b] + (self.exitance[a] - self.exitance[b]) * share;
         let (low, high) = (low_a.min(low_b), high_a.max(high_b));
-        self.variation[own] = (high - low).max_element();
+        if let Some(variation) = self.variation.get_mut(own) {
+            *variation = (high - low).max_element();
+        }
         self.brightest[own] = high.max_element();
         (low, high)
     }

@@ -28,6 +28,7 @@ impl WorkDone {
             }
             is_same
         });
+        self.0.shrink_to_fit();
     }
 
     /// Gives elements their new ids.

@@ -46,6 +46,12 @@ impl Worker {
         (self.counters, self.detail)
     }
 
+    /// The same counters without scratch memory.
+    pub fn closed(self) -> Worker {
+        let Worker { counters, is_detailed, detail, .. } = self;
+        Worker { counters, is_detailed, detail, ..Worker::default() }
+    }
+
     /// Counts a pair that needed no test; `level` as of [`Tester::level`](super::Tester::level).
     ///
     /// Pairs that face away from each other are as quick to refuse as to measure: they are not told apart by size.

@@ -126,7 +126,8 @@ fn light_is_shared_out_without_making_any() {
         for link in &links {
             let irradiance = received(hierarchy, &solution, std::slice::from_ref(link));
             assert!(irradiance.iter().all(|irradiance| irradiance.min_element() >= 0.0), "{link:?}");
-            let facing = solution.openness.area(cluster).evaluate(direction(hierarchy, forest, link));
+            let facing =
+                solution.openness.area(hierarchy, cluster).evaluate(direction(hierarchy, forest, link));
             let arrives = facing * solution.light.carried(hierarchy, forest, link).x;
             let falls = power(&irradiance);
             assert!(falls <= arrives * 1.001, "{link:?}: {falls} of {arrives}");

@@ -268,6 +268,31 @@ fn content_that_no_solution_has_is_refused_though_its_checksums_are_right() {
     }
 }
 
+/// A leaf of the tree exchanges light as the elements of its facet, not by itself.
+#[test]
+fn links_of_leaves_are_refused() {
+    let (case, bytes) = small();
+    let is_leaf = |node: &lightshaft::hierarchy::Node| node.is_leaf();
+    let leaf = case.hierarchy.nodes.iter().position(is_leaf).expect("a leaf") as u32;
+    let data = records_of(&bytes, b"LINK", 28);
+    let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"));
+    let ends = |at: usize| (word(at), word(at + 4));
+    for offset in [0, 4] {
+        // One that stays between its neighbours.
+        let renamed = |at: usize| if offset == 0 { (leaf, word(at + 4)) } else { (word(at), leaf) };
+        let is_free = |at: &usize| {
+            (*at == data.start || ends(at - 28) < renamed(*at))
+                && (at + 28 == data.end || renamed(*at) < ends(at + 28))
+        };
+        let at = data.clone().step_by(28).find(is_free).expect("a link that may be renamed");
+        let mut changed = bytes.clone();
+        changed[at + offset..at + offset + 4].copy_from_slice(&leaf.to_le_bytes());
+        seal(&mut changed, data.clone());
+        let error = read(&case, &changed).expect_err("a link of a leaf").to_string();
+        assert!(error.contains("between clusters and elements"), "{error}");
+    }
+}
+
 /// What is read can be looked at, however wrong it is.
 #[test]
 fn whatever_is_read_of_a_harmful_file_can_be_rendered_and_checked() {
