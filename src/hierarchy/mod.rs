@@ -253,6 +253,20 @@ impl Hierarchy {
         (cluster - self.nodes[cluster as usize].first) as usize
     }
 
+    /// Adds to each of `sums`, by the places of clusters, the sums of its two children; that of a leaf is what `of_facet`
+    /// says.
+    pub fn sum_up<T: Copy>(&self, sums: &mut [T], of_facet: impl Fn(u32) -> T, add: impl Fn(&mut T, &T)) {
+        for cluster in self.clusters().rev() {
+            for child in self.nodes[cluster as usize].children(cluster) {
+                let below = match self.nodes[child as usize].kind(child) {
+                    NodeKind::Leaf(facet) => of_facet(facet),
+                    NodeKind::Cluster(_) => sums[self.cluster_place(child)],
+                };
+                add(&mut sums[self.cluster_place(cluster)], &below);
+            }
+        }
+    }
+
     /// Watts per unit of exitance and local area: square metres in one local unit of area.
     pub fn square_meters_per_unit(&self, meters_per_unit: f64) -> f64 {
         (self.frame.scene_units_per_local() * meters_per_unit).powi(2)

@@ -114,20 +114,19 @@ impl Pairs {
 
     /// Replaces provisional element ids.
     pub(super) fn rename(&mut self, clusters: u32, new_from_old: &[u32]) {
-        let rename = |id: &mut u32| {
-            if *id >= clusters {
-                *id = clusters + new_from_old[(*id - clusters) as usize];
-            }
-        };
+        let renamed = |id| renamed(id, clusters, new_from_old);
         self.links.par_iter_mut().with_min_len(4096).for_each(|link| {
-            rename(&mut link.receiver);
-            rename(&mut link.source);
+            (link.receiver, link.source) = (renamed(link.receiver), renamed(link.source));
         });
         self.blocked.par_iter_mut().with_min_len(4096).for_each(|pair| {
-            rename(&mut pair.receiver);
-            rename(&mut pair.source);
+            (pair.receiver, pair.source) = (renamed(pair.receiver), renamed(pair.source));
         });
     }
+}
+
+/// An id of a link when elements have other numbers; `clusters` is the first that is of an element.
+pub(super) fn renamed(id: u32, clusters: u32, new_from_old: &[u32]) -> u32 {
+    id.checked_sub(clusters).map_or(id, |element| clusters + new_from_old[element as usize])
 }
 
 /// All links, sorted by receiver, then source.

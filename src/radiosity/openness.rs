@@ -7,7 +7,7 @@
 use super::forest::Forest;
 use super::links::{Link, LinkClass, LinkSet};
 use super::transport::{Light, direction};
-use crate::hierarchy::{Hierarchy, NodeKind};
+use crate::hierarchy::Hierarchy;
 use crate::math::{CosineLobes, PairSequence, axial_parts, cosine_direction};
 use crate::progress::{Progress, Work};
 use crate::tracer::{Departure, PACKET, Ray, Tracer, departing_hits};
@@ -103,15 +103,8 @@ impl Openness {
             openness.kept.extend_from_slice(kept);
             openness.first.push(openness.kept.len() as u32);
         }
-        for cluster in hierarchy.clusters().rev() {
-            for child in hierarchy.nodes[cluster as usize].children(cluster) {
-                let below = match hierarchy.nodes[child as usize].kind(child) {
-                    NodeKind::Leaf(facet) => Inside::of_facet(hierarchy, forest, facet),
-                    NodeKind::Cluster(_) => openness.inside[hierarchy.cluster_place(child)],
-                };
-                openness.inside[hierarchy.cluster_place(cluster)].merge(&below);
-            }
-        }
+        let of_facet = |facet| Inside::of_facet(hierarchy, forest, facet);
+        hierarchy.sum_up(&mut openness.inside, of_facet, Inside::merge);
         openness
     }
 

@@ -4,7 +4,7 @@ use super::approach::Approach;
 use super::conservation::Conservation;
 use super::flight::{flight, rooms};
 use super::forest::Forest;
-use super::links::{Link, LinkSet, Pairs};
+use super::links::{Link, LinkSet, Pairs, renamed};
 use super::openness::Openness;
 use super::refine::{RefineCounters, Refiner, Thresholds};
 use super::strays::{Strays, Watched};
@@ -404,8 +404,7 @@ const SELF_LINK: Link = Link::untested(0, 0, 0.0, 0.0);
 fn renumbered(work: &[u64], clusters: usize, elements: usize, new_from_old: &[u32]) -> Vec<u64> {
     let mut renumbered = vec![0; clusters + elements];
     for (old, &done) in work.iter().enumerate() {
-        let new = old.checked_sub(clusters).map_or(old, |element| clusters + new_from_old[element] as usize);
-        renumbered[new] = done;
+        renumbered[renamed(old as u32, clusters as u32, new_from_old) as usize] = done;
     }
     renumbered
 }

@@ -6,7 +6,7 @@ use super::links::{Link, LinkClass, LinkSet};
 use super::openness::{Arriving, Openness};
 use super::reflectance::Reflectance;
 use super::strays::Strays;
-use crate::hierarchy::{Hierarchy, NodeKind};
+use crate::hierarchy::Hierarchy;
 use crate::math::CosineLobes;
 use crate::progress::{Progress, Silent, Work};
 use glam::Vec3;
@@ -383,25 +383,16 @@ impl Light {
 /// Intensity of each cluster, from the exitance of the elements: see [`Light::intensity`].
 pub(crate) fn intensities(hierarchy: &Hierarchy, forest: &Forest, exitance: &[Vec3]) -> Vec<CosineLobes> {
     let mut intensities = vec![CosineLobes::default(); hierarchy.cluster_count()];
-    for cluster in hierarchy.clusters().rev() {
-        let mut sum = CosineLobes::default();
-        for child in hierarchy.nodes[cluster as usize].children(cluster) {
-            let below = match hierarchy.nodes[child as usize].kind(child) {
-                NodeKind::Leaf(facet) => {
-                    let mut lobes = CosineLobes::default();
-                    for side in forest.sides_of(facet) {
-                        let root = forest.first_element[side] as usize;
-                        let normal = hierarchy.side_normal(forest.side(side)).as_vec3();
-                        lobes.add(normal, exitance[root] * forest.area[root] / PI);
-                    }
-                    lobes
-                }
-                NodeKind::Cluster(_) => intensities[hierarchy.cluster_place(child)],
-            };
-            sum.merge(&below);
+    let of_facet = |facet| {
+        let mut lobes = CosineLobes::default();
+        for side in forest.sides_of(facet) {
+            let root = forest.first_element[side] as usize;
+            let normal = hierarchy.side_normal(forest.side(side)).as_vec3();
+            lobes.add(normal, exitance[root] * forest.area[root] / PI);
         }
-        intensities[hierarchy.cluster_place(cluster)] = sum;
-    }
+        lobes
+    };
+    hierarchy.sum_up(&mut intensities, of_facet, CosineLobes::merge);
     intensities
 }
 

@@ -1,5 +1,7 @@
 //! Work of visibility tests by receiver, as it is done.
 
+use super::links::renamed;
+
 /// Receivers and work done for them, in rays.
 #[derive(Debug, Default)]
 pub(super) struct WorkDone(Vec<(u32, u64)>);
@@ -34,9 +36,7 @@ impl WorkDone {
     /// Gives elements their new ids.
     pub(super) fn rename(&mut self, clusters: u32, new_from_old: &[u32]) {
         for (receiver, _) in &mut self.0 {
-            if *receiver >= clusters {
-                *receiver = clusters + new_from_old[(*receiver - clusters) as usize];
-            }
+            *receiver = renamed(*receiver, clusters, new_from_old);
         }
     }
 
