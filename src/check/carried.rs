@@ -5,29 +5,19 @@ use crate::radiosity::{Light, intensities};
 use glam::Vec3;
 use rayon::prelude::*;
 
-/// Irradiance of every element over all links that lead to it or to what it is a part of.
+/// Irradiance of every leaf element over all links that lead to it or to what it is a part of; of no meaning in others.
 pub(super) fn irradiance(subject: &Subject<'_>) -> Vec<Vec3> {
     let (hierarchy, solution) = (subject.hierarchy, subject.solution);
     let (forest, links, light) = (&solution.forest, &solution.links, &solution.light);
     let openness = &solution.openness;
     let arriving = openness.arriving(hierarchy, forest, links, light);
-    let mut irradiance: Vec<Vec3> = (0..forest.len() as u32)
-        .into_par_iter()
-        .map(|element| {
-            let own = links.of(subject.node(element)).iter();
-            own.fold(Vec3::ZERO, |sum, link| sum + light.carried(hierarchy, forest, link))
-        })
-        .collect();
+    let gathered = |element| light.gathered(hierarchy, forest, links, element);
+    let (even, mut irradiance): (Vec<Vec3>, Vec<Vec3>) =
+        (0..forest.len() as u32).into_par_iter().map(|element| gathered(element).into()).unzip();
     for side in 0..forest.side_count() {
-        let from_clusters = openness.irradiance(hierarchy, forest, side, &arriving);
-        irradiance[forest.first_element[side] as usize] += from_clusters;
-    }
-    for element in 0..forest.len() {
-        let (second, from_above) = (forest.second[element] as usize, irradiance[element]);
-        if second != 0 {
-            irradiance[element + 1] += from_above;
-            irradiance[second] += from_above;
-        }
+        let own = forest.first_element[side] as usize..forest.first_element[side + 1] as usize;
+        let light = (&even[own.clone()], &mut irradiance[own]);
+        openness.push(hierarchy, forest, side, &arriving, light);
     }
     irradiance
 }

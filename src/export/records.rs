@@ -113,15 +113,16 @@ impl Record for Vec3 {
 }
 
 impl Record for Kept {
-    const BYTES: usize = 8;
+    const BYTES: usize = 5;
 
     fn put(&self, to: &mut [u8]) {
-        put_words([self.node.to_le_bytes(), self.share.to_le_bytes()], to);
+        put_words([{ self.node }.to_le_bytes()], to);
+        to[4] = self.rays;
     }
 
     fn get(from: &[u8]) -> Option<Kept> {
-        let share = finite(from, 4).filter(|share| (0.0..=1.0).contains(share))?;
-        Some(Kept { node: whole(from, 0), share })
+        let rays = from[4];
+        (rays <= Kept::RAYS).then(|| Kept { node: whole(from, 0), rays })
     }
 }
 

@@ -18,7 +18,7 @@ use std::io::{self, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 
 /// Of the format.
-pub(super) const VERSION: u32 = 1;
+pub(super) const VERSION: u32 = 2;
 
 /// What the file begins with. Like that of a PNG, it is no text, and a transfer that changes line ends breaks it.
 const MAGIC: [u8; 8] = *b"\x89LSOL\r\n\x1a";
@@ -84,9 +84,9 @@ fn write(to: &mut dyn Write, scene: &Fingerprint, solution: &Solution, origin: &
     let leaves = forest.leaves().map(|leaf| light.irradiance[leaf]);
     write_section(to, IRRADIANCE, forest.leaves().count(), leaves)?;
     write_section(to, STRAYS, forest.len(), strays.gains().iter().copied())?;
-    let sides = || (0..forest.side_count()).map(|side| openness.kept_of(side));
-    write_section(to, KEPT_COUNTS, forest.side_count(), sides().map(|kept| kept.len() as u8))?;
-    write_section(to, KEPT, sides().map(<[Kept]>::len).sum(), sides().flatten().copied())?;
+    let kept = || forest.leaves().map(|leaf| openness.kept_of(leaf as u32));
+    write_section(to, KEPT_COUNTS, forest.leaves().count(), kept().map(|kept| kept.len() as u8))?;
+    write_section(to, KEPT, kept().map(<[Kept]>::len).sum(), kept().flatten().copied())?;
     write_section(to, LINKS, links.links.len(), links.links.iter().copied())
 }
 
@@ -360,21 +360,33 @@ fn read_openness<R: Read>(
     hierarchy: &Hierarchy,
     forest: &Forest,
 ) -> Result<Openness, Fault> {
-    let counts: Vec<u8> = sections.section(KEPT_COUNTS, forest.side_count())?;
+    let leaves: Vec<u32> = forest.leaves().map(|leaf| leaf as u32).collect();
+    let counts: Vec<u8> = sections.section(KEPT_COUNTS, leaves.len())?;
     let total: usize = counts.iter().map(|&count| count as usize).sum();
     let kept: Vec<Kept> = sections.section(KEPT, total)?;
     let mut rest = &kept[..];
-    let sides: Vec<&[Kept]> = counts.iter().map_while(|&count| rest.split_off(..count as usize)).collect();
-    let holds = |side: usize, kept: &Kept| {
-        let facet = forest.side(side).facet;
-        let node = hierarchy.nodes.get(kept.node as usize);
-        node.is_some_and(|node| !node.is_leaf() && (node.first..node.end).contains(&facet))
+    let lists: Vec<&[Kept]> = counts.iter().map_while(|&count| rest.split_off(..count as usize)).collect();
+    let holds = |leaf: u32, kept: &Kept| match hierarchy.nodes.get(kept.node as usize) {
+        Some(node) => {
+            let facet = forest.side(forest.side_of(leaf)).facet;
+            !node.is_leaf() && (node.first..node.end).contains(&facet)
+        }
+        None => (1..=forest.above(leaf).count()).contains(&(kept.node as usize - hierarchy.nodes.len())),
     };
-    let are_known = |(side, kept): (usize, &&[Kept])| kept.iter().all(|kept| holds(side, kept));
-    if sides.len() != forest.side_count() || total != kept.len() || !sides.iter().enumerate().all(are_known) {
-        return Err(Fault::Damaged("rays of its sides do not end in clusters of this scene".to_owned()));
+    let is_cluster = |kept: &Kept| (kept.node as usize) < hierarchy.nodes.len();
+    let are_known = |(&leaf, kept): (&u32, &&[Kept])| {
+        // The same rays count for clusters and, in pairs, for elements.
+        let [in_clusters, beside] = [true, false].map(|which| {
+            let counted = kept.iter().filter(|&kept| is_cluster(kept) == which);
+            counted.map(|kept| u32::from(kept.rays)).sum::<u32>()
+        });
+        let most = u32::from(Kept::RAYS);
+        in_clusters <= most && beside <= most && kept.iter().all(|kept| holds(leaf, kept))
+    };
+    if lists.len() != leaves.len() || total != kept.len() || !leaves.iter().zip(&lists).all(are_known) {
+        return Err(Fault::Damaged("rays of its elements do not end in clusters of this scene".to_owned()));
     }
-    Ok(Openness::from_kept(hierarchy, forest, sides.into_iter()))
+    Ok(Openness::from_kept(hierarchy, forest, lists.into_iter()))
 }
 
 #[cfg(test)]

@@ -298,6 +298,16 @@ impl Forest {
         self.first_element.partition_point(|&first| first <= element) - 1
     }
 
+    /// The elements that one is a part of, from the undivided side down.
+    pub fn above(&self, element: u32) -> impl Iterator<Item = u32> + '_ {
+        let root = self.first_element[self.side_of(element)];
+        let below = move |&at: &u32| {
+            let second = self.second[at as usize];
+            Some(if element < second { at + 1 } else { second })
+        };
+        std::iter::successors(Some(root), below).take_while(move |&at| at != element)
+    }
+
     /// An element with its geometry, found from the root of its side.
     pub fn piece(&self, hierarchy: &Hierarchy, element: u32) -> Piece<'_> {
         let mut piece = self.root(hierarchy, self.side_of(element));

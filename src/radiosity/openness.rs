@@ -1,10 +1,11 @@
-//! How open surfaces lie in the clusters that hold them: of light that comes to a cluster from outside and is partly
-//! kept off, by whatever, those sides get more that nothing in the cluster shades, and those that it hides get none.
+//! How open surfaces lie: of light that comes to a cluster from outside and is partly kept off, by whatever, those leaf
+//! elements get more that nothing in the cluster shades, and those that it hides get none. So it is with light that
+//! comes to an element and is kept off some of it: of its leaves those get none on which something stands.
 //!
-//! Shares are never negative and do not depend on the light. What comes to a cluster of which next to nothing lies open
-//! is lost in part ([`MOST`]).
+//! Shares are never negative and do not depend on the light. Of what comes to a cluster of which next to nothing lies
+//! open a part is lost ([`MOST`]); of what comes to such an element that part falls on all of its leaves alike.
 
-use super::forest::Forest;
+use super::forest::{Forest, Piece, Way};
 use super::links::{Link, LinkClass, LinkSet};
 use super::transport::{Light, direction};
 use crate::hierarchy::Hierarchy;
@@ -14,19 +15,43 @@ use crate::tracer::{Departure, PACKET, Ray, Tracer, departing_hits};
 use glam::Vec3;
 use rayon::prelude::*;
 
-/// Rays from each side; the same for all, so that what they get wrong differs little between neighbours.
+/// Rays from each leaf element; the same for all, so that what they get wrong differs little between neighbours.
 const RAYS: usize = PACKET;
 
-/// Where less than one part in this many of a cluster lies open, it does not receive more than that many times as much.
+/// What is nearer to an element than this times its width can keep light off a part of it.
+const REACH: f32 = 0.5;
+
+/// Of pairs of rays that end beside an element, those at most of its parts first, so many count as its rays: none where
+/// at least two thirds of them go further, all where none does.
+const RAYS_OF_PAIRS: [u8; RAYS / 2] = [0, 0, 1, 3, 3, 3, 3, 3];
+
+/// No element that there was before.
+const NEW: u32 = u32::MAX;
+
+/// Where less than one part in this many of a cluster or an element lies open, it does not receive more than that many
+/// times as much.
 const MOST: f32 = 8.0;
 
-/// Rays of one side that end in one cluster.
+/// Rays of one leaf element that go no further than what it is a part of. There may be several for each element, so they
+/// are packed.
 #[derive(Clone, Copy, Debug)]
+#[repr(Rust, packed)]
 pub struct Kept {
-    /// The smallest cluster that holds both ends of the rays.
+    /// The smallest cluster that holds both ends of the rays; or, plus the number of nodes of the hierarchy, the number of
+    /// elements, from the undivided side down, that are so wide that the rays end beside them.
     pub node: u32,
-    /// Their share of all rays of the side.
-    pub share: f32,
+    /// How many rays count as ended there, of [16](Kept::RAYS).
+    pub rays: u8,
+}
+
+impl Kept {
+    /// All rays of an element.
+    pub const RAYS: u8 = RAYS as u8;
+
+    /// Share of all rays of the element.
+    fn share(self) -> f32 {
+        f32::from(self.rays) / f32::from(Kept::RAYS)
+    }
 }
 
 /// How the sides in one cluster lie.
@@ -38,14 +63,31 @@ struct Inside {
     open: [f32; 6],
 }
 
-/// What rays from all sides met.
+/// What rays from all leaf elements met.
 #[derive(Clone, Debug, Default)]
 pub struct Openness {
-    /// First of the `kept` of each side, with their number at the end.
-    first: Vec<u32>,
-    kept: Vec<Kept>,
+    kept: KeptRays,
     /// By [place](Hierarchy::cluster_place) of the cluster.
     inside: Vec<Inside>,
+    /// Share of each inner element that does not lie hidden beside it.
+    open: Vec<f32>,
+}
+
+/// Where the rays of all leaf elements ended.
+#[derive(Clone, Debug, Default)]
+struct KeptRays {
+    /// First of the lists of each element, with their number at the end; inner elements have none.
+    first: Vec<u32>,
+    all: Vec<Kept>,
+}
+
+impl KeptRays {
+    fn of(&self, element: u32) -> &[Kept] {
+        match self.first.get(element as usize..) {
+            Some([first, end, ..]) => &self.all[*first as usize..*end as usize],
+            _ => &[],
+        }
+    }
 }
 
 /// Light that comes to a cluster over its links.
@@ -63,46 +105,97 @@ impl Openness {
         Openness::default()
     }
 
-    /// Casts rays from all sides.
+    /// Casts rays from all leaf elements.
     pub(super) fn found(
         hierarchy: &Hierarchy,
         forest: &Forest,
         tracer: &dyn Tracer,
         progress: &dyn Progress,
     ) -> Openness {
-        progress.start("openness", forest.side_count() as u64);
-        let working = || Work::begin(progress, "openness");
-        let kept: Vec<Box<[Kept]>> = (0..forest.side_count())
-            .into_par_iter()
-            .with_min_len(64)
-            .map_init(working, |_, side| {
-                progress.advance(1);
-                kept_of(hierarchy, forest, tracer, side)
+        Openness::unknown().refined(hierarchy, forest, &[], tracer, progress)
+    }
+
+    /// The same where elements have been divided since: `new_from_old` has the new id of each element that there was.
+    pub(super) fn refined(
+        self,
+        hierarchy: &Hierarchy,
+        forest: &Forest,
+        new_from_old: &[u32],
+        tracer: &dyn Tracer,
+        progress: &dyn Progress,
+    ) -> Openness {
+        // What else was known is made anew, and freed before.
+        let Openness { kept: kept_before, inside, open } = self;
+        drop((inside, open));
+        // Those that have been divided are no leaves any more.
+        let there_before = kept_before.first.len().saturating_sub(1);
+        let mut before = vec![NEW; forest.len()];
+        for (old, &new) in (0..).zip(new_from_old).take(there_before) {
+            before[new as usize] = old;
+        }
+        let leaves: Vec<u32> = forest.leaves().map(|leaf| leaf as u32).collect();
+        progress.start("openness", leaves.len() as u64);
+        let working = || (Work::begin(progress, "openness"), Way::new(hierarchy, forest));
+        // Of new leaves: one list for many, with the end of each.
+        let fresh: Vec<(Vec<Kept>, Vec<u32>)> = leaves
+            .par_chunks(256)
+            .map_init(working, |(_, way), leaves| {
+                let (mut kept, mut ends) = (Vec::new(), Vec::new());
+                for &leaf in leaves.iter().filter(|&&leaf| before[leaf as usize] == NEW) {
+                    add_kept(hierarchy, forest, tracer, way.to(leaf), &mut kept);
+                    ends.push(kept.len() as u32);
+                }
+                progress.advance(leaves.len() as u64);
+                kept.shrink_to_fit();
+                (kept, ends)
             })
             .collect();
         progress.finish();
-        Openness::from_kept(hierarchy, forest, kept.iter().map(AsRef::as_ref))
+        let mut fresh = fresh.iter().flat_map(|(kept, ends)| {
+            let begins = std::iter::once(0).chain(ends.iter().copied());
+            begins.zip(ends).map(|(begin, &end)| &kept[begin as usize..end as usize])
+        });
+        let of_leaves = leaves.iter().map(|&leaf| match before[leaf as usize] {
+            NEW => fresh.next().unwrap_or_default(),
+            old => kept_before.of(old),
+        });
+        Openness::from_kept(hierarchy, forest, of_leaves)
     }
 
-    /// From where the rays of each side ended: one slice for each.
+    /// From where the rays of each leaf element ended: one slice for each.
     pub fn from_kept<'a>(
         hierarchy: &Hierarchy,
         forest: &Forest,
-        kept: impl Iterator<Item = &'a [Kept]>,
+        mut kept_of_leaves: impl Iterator<Item = &'a [Kept]>,
     ) -> Openness {
-        let mut openness = Openness { first: vec![0], ..Openness::default() };
-        openness.inside = vec![Inside::default(); hierarchy.cluster_count()];
-        for (index, kept) in kept.enumerate() {
-            let side = forest.side(index);
-            let area = hierarchy.nodes[hierarchy.leaf(side.facet) as usize].area;
-            let parts = axial_parts(hierarchy.side_normal(side).as_vec3());
-            for Kept { node, share } in kept {
-                let inside = &mut openness.inside[hierarchy.cluster_place(*node)];
-                inside.open.iter_mut().zip(parts).for_each(|(sum, part)| *sum -= area * part * share);
+        let mut openness = Openness {
+            kept: KeptRays { first: vec![0], all: Vec::new() },
+            inside: vec![Inside::default(); hierarchy.cluster_count()],
+            open: vec![0.0; forest.len()],
+        };
+        let mut sums = SideSums::default();
+        for side in 0..forest.side_count() {
+            let elements = forest.first_element[side]..forest.first_element[side + 1];
+            sums.begin(elements.len());
+            for element in elements.clone() {
+                if forest.second[element as usize] == 0 {
+                    let kept = kept_of_leaves.next().unwrap_or_default();
+                    sums.add_leaf(hierarchy, forest, elements.start, element, kept);
+                    openness.kept.all.extend_from_slice(kept);
+                }
+                openness.kept.first.push(openness.kept.all.len() as u32);
             }
-            openness.kept.extend_from_slice(kept);
-            openness.first.push(openness.kept.len() as u32);
+            for (open, [area, hidden]) in openness.open[elements.start as usize..].iter_mut().zip(&sums.below)
+            {
+                *open = (1.0 - hidden / area.max(f64::MIN_POSITIVE)) as f32;
+            }
+            let parts = axial_parts(hierarchy.side_normal(forest.side(side)).as_vec3());
+            for &(cluster, area) in &sums.in_clusters {
+                let open = &mut openness.inside[hierarchy.cluster_place(cluster)].open;
+                open.iter_mut().zip(parts).for_each(|(sum, part)| *sum -= area as f32 * part);
+            }
         }
+        openness.kept.all.shrink_to_fit();
         let of_facet = |facet| Inside::of_facet(hierarchy, forest, facet);
         hierarchy.sum_up(&mut openness.inside, of_facet, Inside::merge);
         openness
@@ -111,7 +204,9 @@ impl Openness {
     /// Bytes of all of it, and of the light that is on its way.
     pub(super) fn bytes(&self) -> u64 {
         let cluster = size_of::<Inside>() + size_of::<Arriving>();
-        (size_of_val(&self.first[..]) + size_of_val(&self.kept[..]) + self.inside.len() * cluster) as u64
+        let KeptRays { first, all } = &self.kept;
+        let elements = size_of_val(&first[..]) + size_of_val(&all[..]) + size_of_val(&self.open[..]);
+        (elements + self.inside.len() * cluster) as u64
     }
 
     /// The area that the sides in each cluster turn towards each direction, local units.
@@ -150,32 +245,128 @@ impl Openness {
         arriving
     }
 
-    /// What falls on a side from all clusters it lies in; `arriving` is what came to each and to those above it.
-    pub fn irradiance(
+    /// Sends light down to the leaf elements of a side, from the clusters it lies in and from what is above each element.
+    /// `arriving` is what came to each cluster and to those above it; `even` and `uneven` are what the elements of the side
+    /// [gathered](Light::gathered). In the place of what is uneven leaves get all that falls on them.
+    pub fn push(
         &self,
         hierarchy: &Hierarchy,
         forest: &Forest,
         side: usize,
         arriving: &[Arriving],
-    ) -> Vec3 {
+        (even, uneven): (&[Vec3], &mut [Vec3]),
+    ) {
         let named = forest.side(side);
         let normal = hierarchy.side_normal(named).as_vec3();
+        let cluster = hierarchy.parent(hierarchy.leaf(named.facet));
         // Without a cluster there is nothing that light could come from.
-        let Some(cluster) = hierarchy.parent(hierarchy.leaf(named.facet)) else { return Vec3::ZERO };
-        let all = &arriving[hierarchy.cluster_place(cluster)];
-        let mut uneven = all.uneven_on(normal);
-        for kept in self.kept_of(side) {
-            uneven -= arriving[hierarchy.cluster_place(kept.node)].uneven_on(normal) * kept.share;
-        }
-        // Less than nothing is rounding here.
-        all.even.evaluate(normal) + uneven.max(Vec3::ZERO)
+        let all =
+            cluster.map_or_else(Arriving::default, |cluster| arriving[hierarchy.cluster_place(cluster)]);
+        let mut pushing = Pushing {
+            openness: self,
+            hierarchy,
+            forest,
+            first: forest.first_element[side],
+            normal,
+            arriving,
+            uneven_of_clusters: all.uneven_on(normal),
+            even,
+            uneven,
+            from_above: vec![Vec3::ZERO],
+        };
+        pushing.push(forest.first_element[side], all.even.evaluate(normal));
     }
 
-    /// Where the rays of a side ended, but those that left the scene.
-    pub fn kept_of(&self, side: usize) -> &[Kept] {
-        match self.first.get(side..) {
-            Some([first, end, ..]) => &self.kept[*first as usize..*end as usize],
-            _ => &[],
+    /// Where the rays of a leaf element ended, but those that went further than everything it is a part of.
+    pub fn kept_of(&self, element: u32) -> &[Kept] {
+        self.kept.of(element)
+    }
+}
+
+/// Light on its way down to the leaf elements of one side.
+struct Pushing<'a> {
+    openness: &'a Openness,
+    hierarchy: &'a Hierarchy,
+    forest: &'a Forest,
+    /// First element of the side.
+    first: u32,
+    normal: Vec3,
+    arriving: &'a [Arriving],
+    /// Uneven light of all clusters that hold the side.
+    uneven_of_clusters: Vec3,
+    even: &'a [Vec3],
+    uneven: &'a mut [Vec3],
+    /// Uneven light of so many elements above, from the undivided side down, on a part of them that lies open.
+    from_above: Vec<Vec3>,
+}
+
+impl Pushing<'_> {
+    fn push(&mut self, element: u32, from_above: Vec3) {
+        let own = (element - self.first) as usize;
+        let second = self.forest.second[element as usize];
+        let mut even = from_above + self.even[own];
+        if second == 0 {
+            self.uneven[own] = even + self.on_leaf(element).max(Vec3::ZERO);
+            return;
+        }
+        let open = self.openness.open.get(element as usize).map_or(1.0, |open| *open);
+        let uneven = self.uneven[own];
+        let most = if open * MOST > 1.0 { open.recip() } else { MOST };
+        even += uneven * (1.0 - most * open);
+        let above = self.from_above[self.from_above.len() - 1];
+        self.from_above.push(above + uneven * most);
+        self.push(element + 1, even);
+        self.push(second, even);
+        self.from_above.pop();
+    }
+
+    /// Uneven light on a leaf.
+    fn on_leaf(&self, leaf: u32) -> Vec3 {
+        let clusters = self.hierarchy.nodes.len() as u32;
+        let mut sum = self.uneven_of_clusters + self.from_above[self.from_above.len() - 1];
+        for kept in self.openness.kept_of(leaf) {
+            let light = match { kept.node }.checked_sub(clusters) {
+                Some(level) => self.from_above[level as usize],
+                None => self.arriving[self.hierarchy.cluster_place(kept.node)].uneven_on(self.normal),
+            };
+            sum -= light * kept.share();
+        }
+        sum
+    }
+}
+
+/// Sums over the leaf elements of one side, of which there may be very many.
+#[derive(Default)]
+struct SideSums {
+    /// Area of the leaves below each inner element, and as much of it as lies hidden beside the element; 0 and 0 for leaves.
+    below: Vec<[f64; 2]>,
+    /// Area as much of which lies hidden in clusters that hold the side.
+    in_clusters: Vec<(u32, f64)>,
+}
+
+impl SideSums {
+    /// Forgets everything, for a side of so many elements.
+    fn begin(&mut self, elements: usize) {
+        self.below.clear();
+        self.below.resize(elements, [0.0; 2]);
+        self.in_clusters.clear();
+    }
+
+    /// Adds a leaf to all that it is a part of; `first` is the first element of the side.
+    fn add_leaf(&mut self, hierarchy: &Hierarchy, forest: &Forest, first: u32, leaf: u32, kept: &[Kept]) {
+        let area = f64::from(forest.area[leaf as usize]);
+        forest.above(leaf).for_each(|element| self.below[(element - first) as usize][0] += area);
+        for kept in kept {
+            let hidden = area * f64::from(kept.share());
+            let Some(count) = { kept.node }.checked_sub(hierarchy.nodes.len() as u32) else {
+                match self.in_clusters.iter_mut().find(|(cluster, _)| *cluster == kept.node) {
+                    Some((_, sum)) => *sum += hidden,
+                    None => self.in_clusters.push((kept.node, hidden)),
+                }
+                continue;
+            };
+            let above = forest.above(leaf).take(count as usize);
+            above.for_each(|element| self.below[(element - first) as usize][1] += hidden);
         }
     }
 }
@@ -228,10 +419,15 @@ impl Arriving {
     }
 }
 
-/// Where the rays of one side end, by the smallest clusters that hold both ends.
-fn kept_of(hierarchy: &Hierarchy, forest: &Forest, tracer: &dyn Tracer, side: usize) -> Box<[Kept]> {
+/// Adds where the rays of one leaf element end.
+fn add_kept(
+    hierarchy: &Hierarchy,
+    forest: &Forest,
+    tracer: &dyn Tracer,
+    piece: &Piece<'_>,
+    all: &mut Vec<Kept>,
+) {
     let sequence = PairSequence::new(0);
-    let piece = forest.root(hierarchy, side);
     let (normal, facet) = (piece.plane.normal, piece.side.facet);
     let departures: [Departure; RAYS] = std::array::from_fn(|i| {
         let [u, v, ..] = sequence.point(i as u32);
@@ -254,8 +450,28 @@ fn kept_of(hierarchy: &Hierarchy, forest: &Forest, tracer: &dyn Tracer, side: us
         })
         .collect();
     ends.sort_unstable();
-    let kept = |run: &[u32]| Kept { node: run[0], share: run.len() as f32 / RAYS as f32 };
-    ends.chunk_by(|a, b| a == b).map(kept).collect()
+    all.extend(ends.chunk_by(|a, b| a == b).map(|run| Kept { node: run[0], rays: run.len() as u8 }));
+    // Beside a wall half of the rays end at it, yet nothing keeps light off: so rays count in pairs that mirror each
+    // other, and one of the two that goes far is enough. Nor does it matter in a room where some of the pairs end.
+    let widths: Vec<f32> =
+        forest.above(piece.id()).map(|element| forest.area[element as usize].sqrt()).collect();
+    let mut counts: Vec<usize> = hits
+        .chunks(2)
+        .filter_map(|pair| {
+            let [Some(a), Some(b)] = pair else { return None };
+            let far = a.t.max(b.t);
+            Some(widths.iter().take_while(|&&width| width * REACH > far).count())
+        })
+        .collect();
+    counts.sort_unstable_by(|a, b| b.cmp(a));
+    let begin = all.len();
+    for (&count, rays) in counts.iter().zip(RAYS_OF_PAIRS).filter(|&(&count, rays)| count > 0 && rays > 0) {
+        let node = (hierarchy.nodes.len() + count) as u32;
+        match all[begin..].last_mut().filter(|last| last.node == node) {
+            Some(last) => last.rays += rays,
+            None => all.push(Kept { node, rays }),
+        }
+    }
 }
 
 /// Where ray `index` goes, for [`cosine_direction`]: in pairs that mirror each other at the normal, one pair in each

@@ -111,7 +111,7 @@ pub struct Solution {
     pub light: Light,
     /// Links it came over.
     pub links: LinkSet,
-    /// How what clusters receive falls on their sides.
+    /// How what clusters and elements receive falls on the leaf elements below.
     pub openness: Openness,
     /// What came besides.
     pub strays: Strays,
@@ -231,7 +231,7 @@ pub(super) fn iterate(
     square_meters: f64,
     progress: &dyn Progress,
 ) -> Solution {
-    let Beginning { begun, mut forest, mut links, openness, mut strays, mut counters, min_size, .. } =
+    let Beginning { begun, mut forest, mut links, mut openness, mut strays, mut counters, min_size, .. } =
         beginning;
     let tester = Tester::new(hierarchy, tracer, options.visibility).detailed(options.record == Record::Steps);
     let materials = Materials { hierarchy, forest: &forest };
@@ -320,6 +320,7 @@ pub(super) fn iterate(
                 progress,
             };
             let (mut refined, counted, mut done) = refiner.refine(pairs);
+            progress.finish();
             counters += counted;
             let after = refined.links.len();
             let new_from_old = forest.renumber(hierarchy);
@@ -330,6 +331,7 @@ pub(super) fn iterate(
                 done.add_to(&mut work);
             }
             light = light.renumbered(&forest, &new_from_old);
+            openness = openness.refined(hierarchy, &forest, &new_from_old, tracer, progress);
             drop(new_from_old);
             let added = after.abs_diff(before) as f64;
             settled = refinements > SCHEDULE.len() && added <= SETTLED * after as f64
@@ -343,7 +345,6 @@ pub(super) fn iterate(
             links = LinkSet::new(refined.links, hierarchy.nodes.len() + forest.len());
             strays = Strays::none(forest.len());
             let bounces = if is_last { Damping::MANY } else { Damping::FEW };
-            progress.finish();
             damping = Damping::new(hierarchy, &forest, &links, (&openness, &strays), bounces, progress);
             refine_seconds += start.elapsed().as_secs_f64();
         }

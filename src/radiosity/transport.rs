@@ -82,19 +82,21 @@ impl Damping {
         let damping = Damping::none(forest.len());
         let receiving = Receiving { damping: &damping, openness, strays, factor: 1.0, progress };
         let glowing = Glowing(Materials { hierarchy, forest });
-        let mut before = Light::emitted(hierarchy, forest, &glowing, Light::dark_to_links(forest.len()));
-        let mut after =
-            before.iterate(hierarchy, forest, links, &glowing, receiving, Light::dark_to_links(forest.len()));
+        let bounced = |light: &Light| {
+            let dark = Light::dark_to_links(forest.len());
+            Light {
+                irradiance: Vec::new(),
+                ..light.iterate(hierarchy, forest, links, &glowing, receiving, dark)
+            }
+        };
+        let mut before = Light {
+            irradiance: Vec::new(),
+            ..Light::emitted(hierarchy, forest, &glowing, Light::dark_to_links(forest.len()))
+        };
+        let mut after = bounced(&before);
         for _ in 1..bounces {
             before = after;
-            after = before.iterate(
-                hierarchy,
-                forest,
-                links,
-                &glowing,
-                receiving,
-                Light::dark_to_links(forest.len()),
-            );
+            after = bounced(&before);
         }
         progress.finish();
         let share = |(before, after): (&Vec3, &Vec3)| {
@@ -148,16 +150,17 @@ impl Surface for Materials<'_> {
 impl Light {
     /// No light on so many elements; nothing yet of clusters.
     pub(super) fn dark(elements: usize) -> Light {
-        Light {
-            irradiance: vec![Vec3::ZERO; elements],
-            variation: vec![0.0; elements],
-            ..Light::dark_to_links(elements)
-        }
+        Light { variation: vec![0.0; elements], ..Light::dark_to_links(elements) }
     }
 
-    /// The same, for what links need of it alone, half as large: exitance and intensity.
+    /// The same, for what links need of it alone, exitance and intensity, and what these are made from.
     pub(super) fn dark_to_links(elements: usize) -> Light {
-        Light { exitance: vec![Vec3::ZERO; elements], brightest: vec![0.0; elements], ..Light::default() }
+        Light {
+            exitance: vec![Vec3::ZERO; elements],
+            irradiance: vec![Vec3::ZERO; elements],
+            brightest: vec![0.0; elements],
+            ..Light::default()
+        }
     }
 
     /// The light before the first iteration: emission only. It is written to what there is room for in `light`.
@@ -274,16 +277,32 @@ impl Light {
         receiving: Receiving<'_>,
         mut next: Light,
     ) -> Light {
-        let clusters = hierarchy.nodes.len() as u32;
         let working = || Work::begin(receiving.progress, "gather");
-        let elements = next.exitance.par_iter_mut().with_min_len(256).enumerate();
-        elements.for_each_init(working, |_, (element, gathered)| {
-            let own = links.of(clusters + element as u32).iter();
-            *gathered = own.fold(Vec3::ZERO, |sum, link| sum + self.carried(hierarchy, forest, link));
+        let elements = next.exitance.par_iter_mut().zip(&mut next.irradiance).with_min_len(256).enumerate();
+        elements.for_each_init(working, |_, (element, (even, uneven))| {
+            [*even, *uneven] = self.gathered(hierarchy, forest, links, element as u32);
         });
         let arriving = receiving.openness.arriving(hierarchy, forest, links, self);
         next.push_pull(hierarchy, forest, surface, receiving, &arriving);
         next
+    }
+
+    /// What comes to an element over its own links: light that falls on all of it alike, and light that is kept off some of
+    /// it, which falls on its parts as they lie open.
+    pub fn gathered(
+        &self,
+        hierarchy: &Hierarchy,
+        forest: &Forest,
+        links: &LinkSet,
+        element: u32,
+    ) -> [Vec3; 2] {
+        let is_leaf = forest.second[element as usize] == 0;
+        let [mut even, mut uneven] = [Vec3::ZERO; 2];
+        for link in links.of(hierarchy.nodes.len() as u32 + element) {
+            let carried = self.carried(hierarchy, forest, link);
+            *(if is_leaf || link.class != LinkClass::Partial { &mut even } else { &mut uneven }) += carried;
+        }
+        [even, uneven]
     }
 
     /// Irradiance one link brings, across the direction of the light when the receiver is a cluster.
@@ -317,8 +336,8 @@ impl Light {
 
     /// Sends gathered light down to the leaves and the new exitance up again.
     ///
-    /// In the place of the exitance of each element is what it gathered, its irradiance over its own links; `arriving` is
-    /// what each cluster and those above it received.
+    /// In the places of the exitance and the irradiance of each element is what it [gathered](Self::gathered); `arriving`
+    /// is what each cluster and those above it received.
     fn push_pull(
         &mut self,
         hierarchy: &Hierarchy,
@@ -343,8 +362,12 @@ impl Light {
             let elements = Elements { forest, offset, exitance, irradiance, variation, brightest };
             let mut block = Block { elements, receiving };
             for index in sides {
-                let from_clusters = receiving.openness.irradiance(hierarchy, forest, index, arriving);
-                block.push_pull(forest.first_element[index], from_clusters, surface.of(index));
+                let [first, end] =
+                    [index, index + 1].map(|side| forest.first_element[side] as usize - offset);
+                let Elements { exitance, irradiance, .. } = &mut block.elements;
+                let (even, uneven) = (&exitance[first..end], &mut irradiance[first..end]);
+                receiving.openness.push(hierarchy, forest, index, arriving, (even, uneven));
+                block.pull(forest.first_element[index], surface.of(index));
             }
         });
         self.pull_clusters(hierarchy, forest);
@@ -353,7 +376,7 @@ impl Light {
     /// What clusters send and receive, from the light of the elements.
     fn pull_clusters(&mut self, hierarchy: &Hierarchy, forest: &Forest) {
         self.intensity = intensities(hierarchy, forest, &self.exitance);
-        if self.irradiance.is_empty() {
+        if self.variation.is_empty() {
             return;
         }
         self.power = vec![0.0; hierarchy.nodes.len()];
@@ -416,17 +439,17 @@ struct Block<'a> {
 }
 
 impl Block<'_> {
-    /// Pushes irradiance into one element tree and pulls its exitance; returns the smallest and
+    /// Pulls the exitance of one element tree, whose leaves have their irradiance; returns the smallest and
     /// largest exitance of its leaves, by channel.
-    fn push_pull(&mut self, element: u32, from_above: Vec3, surface: (Vec3, Reflectance<'_>)) -> Range {
-        let irradiance = from_above + self.elements.exitance[element as usize - self.elements.offset];
+    fn pull(&mut self, element: u32, surface: (Vec3, Reflectance<'_>)) -> Range {
         let second = self.elements.forest.second[element as usize];
         if second == 0 {
+            let irradiance = self.elements.irradiance[element as usize - self.elements.offset];
             let share = self.receiving.damping.0[element as usize] * self.receiving.factor;
             let irradiance = irradiance * (self.receiving.strays.gain(element) * share);
             return self.elements.light_leaf(element, irradiance, surface);
         }
-        let halves = [element + 1, second].map(|half| self.push_pull(half, irradiance, surface));
+        let halves = [element + 1, second].map(|half| self.pull(half, surface));
         self.elements.join_halves(element, halves)
     }
 }
@@ -446,9 +469,8 @@ struct Elements<'a> {
     /// The first of them.
     offset: usize,
     exitance: &'a mut [Vec3],
-    /// Empty if nobody asks.
     irradiance: &'a mut [Vec3],
-    /// Likewise.
+    /// Empty if nobody asks.
     variation: &'a mut [f32],
     brightest: &'a mut [f32],
 }
@@ -462,9 +484,7 @@ impl Elements<'_> {
         (emitted, reflectance): (Vec3, Reflectance<'_>),
     ) -> Range {
         let own = element as usize - self.offset;
-        if let Some(kept) = self.irradiance.get_mut(own) {
-            *kept = irradiance;
-        }
+        self.irradiance[own] = irradiance;
         self.exitance[own] = emitted + reflectance.of(element) * irradiance;
         self.brightest[own] = self.exitance[own].max_element();
         (self.exitance[own], self.exitance[own])
@@ -477,9 +497,7 @@ impl Elements<'_> {
         let share = self.forest.area[element as usize + 1]
             / (self.forest.area[element as usize + 1] + self.forest.area[second]);
         // So written, halves that are alike give exactly what they are, split or not.
-        if !self.irradiance.is_empty() {
-            self.irradiance[own] = self.irradiance[b] + (self.irradiance[a] - self.irradiance[b]) * share;
-        }
+        self.irradiance[own] = self.irradiance[b] + (self.irradiance[a] - self.irradiance[b]) * share;
         self.exitance[own] = self.exitance[b] + (self.exitance[a] - self.exitance[b]) * share;
         let (low, high) = (low_a.min(low_b), high_a.max(high_b));
         if let Some(variation) = self.variation.get_mut(own) {

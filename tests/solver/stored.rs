@@ -64,7 +64,7 @@ const SECTIONS: [(&[u8; 4], usize); 10] = [
     (b"IRRA", 12),
     (b"STRA", 4),
     (b"OPEN", 1),
-    (b"KEPT", 8),
+    (b"KEPT", 5),
     (b"LINK", 28),
 ];
 
@@ -73,6 +73,12 @@ fn records_of(bytes: &[u8], tag: &[u8; 4], width: usize) -> std::ops::Range<usiz
     let head = section(bytes, tag);
     let count = u64::from_le_bytes(bytes[head + 4..head + 12].try_into().expect("eight bytes"));
     head + 16..head + 16 + count as usize * width
+}
+
+/// The records of a section.
+fn records<'a>(bytes: &'a [u8], tag: &[u8; 4]) -> &'a [u8] {
+    let width = SECTIONS.iter().find(|section| section.0 == tag).expect("a section").1;
+    &bytes[records_of(bytes, tag, width)]
 }
 
 /// Puts the right checksum behind bytes that were changed.
@@ -241,7 +247,7 @@ fn a_length_that_the_file_may_have_is_not_believed_either() {
 fn content_that_no_solution_has_is_refused_though_its_checksums_are_right() {
     let (case, bytes) = small();
     let all = |byte: u8, width: usize| vec![byte; width];
-    let cases: [(&[u8; 4], usize, Vec<u8>); 12] = [
+    let cases: [(&[u8; 4], usize, Vec<u8>); 14] = [
         (b"SCEN", 0, all(2, 1)),
         (b"COUN", 0, all(0xff, 8)),
         (b"FIGS", 8, f64::NAN.to_le_bytes().to_vec()),
@@ -252,6 +258,9 @@ fn content_that_no_solution_has_is_refused_though_its_checksums_are_right() {
         (b"STRA", 0, f32::INFINITY.to_le_bytes().to_vec()),
         (b"OPEN", 0, all(0xff, 1)),
         (b"KEPT", 0, all(0xff, 4)),
+        (b"KEPT", 4, all(17, 1)),
+        // All rays of an element in each of two.
+        (b"KEPT", 4, [&[16][..], &records(&bytes, b"KEPT")[5..9], &[16]].concat()),
         (b"LINK", 4, all(0xff, 4)),
         (b"LINK", 24, all(4, 1)),
     ];
@@ -375,7 +384,7 @@ fn other_scenes_and_versions_are_told_apart() {
     });
     assert!(read_for(&renamed, meters, &bytes).is_ok());
 
-    for (version, part) in [(2u32, "a newer lightshaft (0.9.7, format 2"), (0, "an older lightshaft (0.9.7")]
+    for (version, part) in [(3u32, "a newer lightshaft (0.9.7, format 3"), (0, "an older lightshaft (0.9.7")]
     {
         let mut other = bytes.clone();
         other[8..12].copy_from_slice(&version.to_le_bytes());
