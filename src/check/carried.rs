@@ -15,7 +15,7 @@ pub(super) fn irradiance(subject: &Subject<'_>) -> Vec<Vec3> {
     let (even, mut irradiance): (Vec<Vec3>, Vec<Vec3>) =
         (0..forest.len() as u32).into_par_iter().map(|element| gathered(element).into()).unzip();
     for side in 0..forest.side_count() {
-        let own = forest.first_element[side] as usize..forest.first_element[side + 1] as usize;
+        let own = forest.elements_of(side);
         let light = (&even[own.clone()], &mut irradiance[own]);
         openness.push(hierarchy, forest, side, &arriving, light);
     }

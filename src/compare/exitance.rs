@@ -100,7 +100,7 @@ impl Reflected {
         let (mut power, mut sum, mut squares, mut area) = (DVec3::ZERO, 0.0, 0.0, 0.0);
         for side in 0..forest.side_count() {
             let emitted = hierarchy.emitted(forest.side(side));
-            let elements = forest.first_element[side] as usize..forest.first_element[side + 1] as usize;
+            let elements = forest.elements_of(side);
             for element in elements.filter(|&element| forest.second[element] == 0) {
                 let reflected = (exitance[element] - emitted).as_dvec3();
                 let (own, most) = (f64::from(forest.area[element]), reflected.max_element());
@@ -276,8 +276,7 @@ mod tests {
             })
             .expect("another side");
         let [first, second] = [first, second].map(|mut solution| {
-            let elements = solution.forest.first_element[side] as usize
-                ..solution.forest.first_element[side + 1] as usize;
+            let elements = solution.forest.elements_of(side);
             solution.light.exitance[elements.clone()].fill(glam::Vec3::ZERO);
             solution.forest.area[elements].iter_mut().for_each(|area| *area *= 1000.0);
             solution

@@ -253,6 +253,11 @@ impl Forest {
         first..first + self.sides_per_facet as usize
     }
 
+    /// The elements of a side: the undivided one first.
+    pub fn elements_of(&self, index: usize) -> std::ops::Range<usize> {
+        self.first_element[index] as usize..self.first_element[index + 1] as usize
+    }
+
     /// What the elements of a side reflect.
     pub fn reflectance(&self, hierarchy: &Hierarchy, index: usize) -> Reflectance<'_> {
         match self.means.of_side(index) {

@@ -175,18 +175,17 @@ impl Openness {
         };
         let mut sums = SideSums::default();
         for side in 0..forest.side_count() {
-            let elements = forest.first_element[side]..forest.first_element[side + 1];
+            let elements = forest.elements_of(side);
             sums.begin(elements.len());
             for element in elements.clone() {
-                if forest.second[element as usize] == 0 {
+                if forest.second[element] == 0 {
                     let kept = kept_of_leaves.next().unwrap_or_default();
-                    sums.add_leaf(hierarchy, forest, elements.start, element, kept);
+                    sums.add_leaf(hierarchy, forest, elements.start as u32, element as u32, kept);
                     openness.kept.all.extend_from_slice(kept);
                 }
                 openness.kept.first.push(openness.kept.all.len() as u32);
             }
-            for (open, [area, hidden]) in openness.open[elements.start as usize..].iter_mut().zip(&sums.below)
-            {
+            for (open, [area, hidden]) in openness.open[elements].iter_mut().zip(&sums.below) {
                 *open = (1.0 - hidden / area.max(f64::MIN_POSITIVE)) as f32;
             }
             let parts = axial_parts(hierarchy.side_normal(forest.side(side)).as_vec3());

@@ -522,7 +522,7 @@ fn balance(
     let mut energy = Energy::default();
     for side in 0..forest.side_count() {
         let (emission, reflectance) = materials.of(side);
-        for element in forest.first_element[side] as usize..forest.first_element[side + 1] as usize {
+        for element in forest.elements_of(side) {
             if forest.second[element] != 0 {
                 continue;
             }

@@ -201,12 +201,12 @@ impl Light {
         for side in (0..forest.side_count()).rev() {
             let surface = materials.of(side);
             // Backwards, both halves come before the whole, the first last.
-            for element in (forest.first_element[side]..forest.first_element[side + 1]).rev() {
-                let range = if forest.second[element as usize] == 0 {
-                    elements.light_leaf(element, *leaves.next().unwrap_or(&Vec3::ZERO), surface)
+            for element in forest.elements_of(side).rev() {
+                let range = if forest.second[element] == 0 {
+                    elements.light_leaf(element as u32, *leaves.next().unwrap_or(&Vec3::ZERO), surface)
                 } else {
                     let halves = [ranges.pop(), ranges.pop()].map(Option::unwrap_or_default);
-                    elements.join_halves(element, halves)
+                    elements.join_halves(element as u32, halves)
                 };
                 ranges.push(range);
             }
@@ -220,7 +220,7 @@ impl Light {
     pub(super) fn only_of(&self, hierarchy: &Hierarchy, forest: &Forest, is_of: &[bool]) -> Light {
         let mut only = self.clone();
         for side in (0..forest.side_count()).filter(|&side| !is_of[side]) {
-            let elements = forest.first_element[side] as usize..forest.first_element[side + 1] as usize;
+            let elements = forest.elements_of(side);
             only.exitance[elements].fill(Vec3::ZERO);
         }
         only.pull_clusters(hierarchy, forest);
@@ -362,10 +362,10 @@ impl Light {
             let elements = Elements { forest, offset, exitance, irradiance, variation, brightest };
             let mut block = Block { elements, receiving };
             for index in sides {
-                let [first, end] =
-                    [index, index + 1].map(|side| forest.first_element[side] as usize - offset);
+                let all = forest.elements_of(index);
+                let own = all.start - offset..all.end - offset;
                 let Elements { exitance, irradiance, .. } = &mut block.elements;
-                let (even, uneven) = (&exitance[first..end], &mut irradiance[first..end]);
+                let (even, uneven) = (&exitance[own.clone()], &mut irradiance[own]);
                 receiving.openness.push(hierarchy, forest, index, arriving, (even, uneven));
                 block.pull(forest.first_element[index], surface.of(index));
             }

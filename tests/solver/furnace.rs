@@ -58,7 +58,7 @@ fn deviation(case: &Case, solution: &Solution, exact: f64) -> Deviation {
     let forest = &solution.forest;
     let mut by_element = Vec::new();
     for side in (0..forest.side_count()).filter(|&side| !forest.side(side).back) {
-        for element in forest.first_element[side] as usize..forest.first_element[side + 1] as usize {
+        for element in forest.elements_of(side) {
             if forest.second[element] == 0 {
                 let relative = solution.light.exitance[element].x as f64 / exact - 1.0;
                 by_element.push((relative, forest.area[element] as f64));

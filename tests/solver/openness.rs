@@ -32,7 +32,7 @@ fn received(hierarchy: &Hierarchy, solution: &Solution, links: &[Link]) -> Vec<V
     let (even, mut received): (Vec<Vec3>, Vec<Vec3>) =
         (0..forest.len() as u32).map(|element| gathered(element).into()).unzip();
     for side in 0..forest.side_count() {
-        let own = forest.first_element[side] as usize..forest.first_element[side + 1] as usize;
+        let own = forest.elements_of(side);
         openness.push(hierarchy, forest, side, &arriving, (&even[own.clone()], &mut received[own]));
     }
     (0..forest.len()).filter(|&element| forest.second[element] != 0).for_each(|e| received[e] = Vec3::ZERO);
@@ -119,9 +119,8 @@ fn light_that_is_kept_off_a_floor_is_not_missing_beside_what_stands_on_it() {
     let floor = side_at(grey, 0.0, 1.0);
     let source = side_at(lamp, 2.9, -1.0);
     let root = forest.first_element[floor];
-    let leaves: Vec<usize> = (root as usize..forest.first_element[floor + 1] as usize)
-        .filter(|&element| forest.second[element] == 0)
-        .collect();
+    let leaves: Vec<usize> =
+        forest.elements_of(floor).filter(|&element| forest.second[element] == 0).collect();
     // Whether a leaf lies under the box, or well beside it and in no corner of the room: there as much is believed to be
     // hidden as is so in many a half-open place.
     let place = |leaf: usize| {
@@ -174,7 +173,8 @@ fn light_that_is_kept_off_a_floor_is_not_missing_beside_what_stands_on_it() {
         let has = |under| below(element).any(|leaf| place(leaf) == Some(under));
         depth >= 2 && forest.second[element as usize] != 0 && has(true) && has(false)
     };
-    let part = (root..forest.first_element[floor + 1]).find(is_mixed).expect("a part of the floor");
+    let part =
+        forest.elements_of(floor).map(|element| element as u32).find(is_mixed).expect("a part of the floor");
     let links = [root, part]
         .map(|element| link(nodes + element, nodes + forest.first_element[source], LinkClass::Partial));
     let [all, above] = [&links[..], &links[..1]].map(|links| received(hierarchy, &solution, links));

@@ -128,7 +128,7 @@ fn what_was_dark_and_shines_is_tested() {
     // Elements are finer where they were so for the other lamp, too: what is nearer is said by one that is finer than both.
     let fine = lit.solve(&lit.fallback(), &finer(Strategy::Adaptive));
     let [off, off_anew] = [&relit.solution, &anew].map(|solution| difference(&lit, &fine, solution));
-    assert!(off < 1.05 * off_anew, "{off}, solved anew {off_anew}");
+    assert!(off < off_anew, "{off}, solved anew {off_anew}");
     let shining = |solution: &Solution| {
         let clusters = lit.hierarchy.nodes.len() as u32;
         let is_lit =

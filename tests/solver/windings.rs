@@ -49,7 +49,7 @@ fn light_inside(case: &Case, solution: &Solution) -> Walls {
             darkest = 0.0;
             continue;
         };
-        for e in forest.first_element[side] as usize..forest.first_element[side + 1] as usize {
+        for e in forest.elements_of(side) {
             if forest.second[e] == 0 {
                 let irradiance = solution.light.irradiance[e].x as f64;
                 power[wall] += irradiance * forest.area[e] as f64;
