@@ -66,7 +66,7 @@ pub(super) fn residual(subject: &Subject<'_>) -> Residual {
     let (mut found, mut most) = (Residual::default(), 0.0);
     for &leaf in &subject.leaves {
         let received = light.irradiance[leaf as usize];
-        let gain = subject.solution.strays.gain(leaf) * subject.solution.factor;
+        let gain = subject.solution.gains.of(leaf) * subject.solution.factor;
         let carried = carried[leaf as usize] * gain;
         let less = (carried - received).element_sum();
         if less > HELD_BACK * carried.element_sum() {

@@ -8,7 +8,7 @@ use super::sections::{Sections, Tag, write_sealed, write_section};
 use crate::hierarchy::{Fingerprint, Hierarchy};
 use crate::image::write::{FillError, OutputError, write_atomically};
 use crate::radiosity::{
-    Energy, Forest, Kept, Light, Link, LinkSet, Openness, RefineCounters, Solution, Strays,
+    Energy, Forest, Gains, Kept, Light, Link, LinkSet, Openness, RefineCounters, Solution,
 };
 use crate::visibility::VisibilityCounters;
 use crc32fast::hash;
@@ -38,7 +38,7 @@ const COUNTERS: Tag = *b"COUN";
 const FIGURES: Tag = *b"FIGS";
 const SPLITS: Tag = *b"TREE";
 const IRRADIANCE: Tag = *b"IRRA";
-const STRAYS: Tag = *b"STRA";
+const GAINS: Tag = *b"STRA";
 const KEPT_COUNTS: Tag = *b"OPEN";
 const KEPT: Tag = *b"KEPT";
 const LINKS: Tag = *b"LINK";
@@ -79,11 +79,11 @@ fn write(to: &mut dyn Write, scene: &Fingerprint, solution: &Solution, origin: &
     let figures = [emitted, absorbed, escaped, corrected, error, solution.min_size, solution.factor.into()];
     write_section(to, FIGURES, figures.len(), figures)?;
 
-    let Solution { forest, light, links, openness, strays, .. } = solution;
+    let Solution { forest, light, links, openness, gains, .. } = solution;
     write_section(to, SPLITS, forest.len(), forest.second.iter().map(|&second| second != 0))?;
     let leaves = forest.leaves().map(|leaf| light.irradiance[leaf]);
     write_section(to, IRRADIANCE, forest.leaves().count(), leaves)?;
-    write_section(to, STRAYS, forest.len(), strays.gains().iter().copied())?;
+    write_section(to, GAINS, forest.len(), gains.factors().iter().copied())?;
     let kept = || forest.leaves().map(|leaf| openness.kept_of(leaf as u32));
     write_section(to, KEPT_COUNTS, forest.leaves().count(), kept().map(|kept| kept.len() as u8))?;
     write_section(to, KEPT, kept().map(<[Kept]>::len).sum(), kept().flatten().copied())?;
@@ -275,9 +275,12 @@ fn read_solution<R: Read>(sections: &mut Sections<R>, hierarchy: &Hierarchy) -> 
     }
     let light = Light::from_leaves(hierarchy, &forest, &irradiance);
     drop(irradiance);
-    let gains: Vec<f32> = sections.section(STRAYS, forest.len())?;
+    let gains: Vec<f32> = sections.section(GAINS, forest.len())?;
     if gains.len() != forest.len() {
-        return Err(damaged("elements are without stray light"));
+        return Err(damaged("elements are without what they receive over what links bring"));
+    }
+    if !gains.iter().all(|gain| gain.is_finite() && *gain >= 0.0) {
+        return Err(damaged("elements receive what cannot be"));
     }
     let openness = read_openness(sections, hierarchy, &forest)?;
     let links: Vec<Link> = sections.section(LINKS, u32::MAX as usize)?;
@@ -292,7 +295,7 @@ fn read_solution<R: Read>(sections: &mut Sections<R>, hierarchy: &Hierarchy) -> 
         light,
         links: LinkSet::new(links, nodes as usize),
         openness,
-        strays: Strays::from_gains(gains),
+        gains: Gains::from_factors(gains),
         factor,
         counters,
         work: Vec::new(),

@@ -31,6 +31,12 @@ impl Approach {
         self.to_come <= self.little
     }
 
+    /// What changes now begins anew: how fast that shrinks is known after two iterations.
+    pub(super) fn disturb(&mut self) {
+        self.to_come = f64::MAX;
+        self.shown = None;
+    }
+
     /// The way done, of [`Self::STEPS`]; changes shrink by the same factor every time.
     fn done(&self) -> u64 {
         let way = (self.most / self.little.max(f64::MIN_POSITIVE)).ln();

@@ -1,20 +1,49 @@
-//! No light is lost or made on the way: what surfaces send out arrives, but for what rays find to escape.
+//! No light is lost or made on the way: what surfaces send out arrives, but for what rays find to escape, and it arrives
+//! where rays find that it does.
 //!
 //! Links get a per cent or two of it wrong in a draft, and bounces multiply that: where all surfaces reflect 0.9, light
 //! that is lost or made in one flight is so ten times over. So all that surfaces receive is scaled by one factor. Where
 //! much light escapes, rays know less about the rest than links do: the factor follows what is beyond their noise.
+//!
+//! Links get more of it wrong from place to place: one that is partly blocked brings light to all of a large receiver
+//! alike, be it to two rooms of which the source sees one; and what no link carries, because the few rays of a pair saw
+//! no way through, brings next to nothing for each pair, but there are very many of them. So light is shared out anew from
+//! the scene down, through clusters, sides and elements, as the rays of one flight land. They are few where little light
+//! falls: each time the halves follow the rays as far as these differ from the links by more than noise.
 
-use super::flight::{Flight, flight};
+use super::flight::{Flight, Landings, landings};
 use super::forest::Forest;
+use super::gains::{Gains, Surplus};
 use super::transport::Light;
-use crate::hierarchy::Hierarchy;
+use crate::hierarchy::{Hierarchy, NodeKind};
+use crate::progress::Progress;
 use crate::tracer::Tracer;
+use std::iter::Sum;
 
 /// The factor stays within this and its inverse: beyond, links do not say where light goes.
 const MOST: f64 = 2.0;
 
 /// Half of what is off by this many standard errors of the rays is corrected, of less hardly any.
 const NOISE: f64 = 3.0;
+
+/// Rays of a flight for each link: they take a fifth of the time that links take, or less.
+const RAYS_PER_LINK: usize = 8;
+
+/// Most rays of a flight.
+const MOST_RAYS: usize = 1 << 24;
+
+/// Where fewer rays than this land is not looked at more closely.
+const FEWEST_LANDED: u32 = 64;
+
+/// What is off by no more than the first of these, in standard errors of the rays, counts as chance: there are very many
+/// halves, and what chance moves shows as noise. From the second on halves are as the rays say.
+const CHANCE: [f64; 2] = [3.0, 5.0];
+
+/// No part of the scene receives more than this times what links and stray light bring.
+const MOST_GAINED: f64 = 4.0;
+
+/// No element receives less than this times what its links bring: of nothing it would not be known what they bring.
+const LEAST_GAINED: f32 = 1e-6;
 
 /// What light that is received is scaled by.
 #[derive(Clone, Copy, Debug)]
@@ -31,18 +60,25 @@ impl Conservation {
         Conservation { factor, flight: None }
     }
 
-    /// Finds with rays how much light ends on surfaces, if nothing is known or light has `changed`.
+    /// Finds with rays where light goes that comes over so many links: how many of the rays land on each leaf element.
     pub(super) fn look(
         &mut self,
         hierarchy: &Hierarchy,
         forest: &Forest,
         light: &Light,
         tracer: &dyn Tracer,
-        changed: bool,
-    ) {
-        if changed || self.flight.is_none() {
-            self.flight = Some(flight(hierarchy, forest, light, tracer));
-        }
+        links: usize,
+        progress: &dyn Progress,
+    ) -> Vec<u32> {
+        let rays = links.saturating_mul(RAYS_PER_LINK).min(MOST_RAYS) as u32;
+        let Landings { flight, on } = landings(hierarchy, forest, light, tracer, rays, progress);
+        self.flight = Some(flight);
+        on
+    }
+
+    /// Whether it has not been looked yet.
+    pub(super) fn is_blind(&self) -> bool {
+        self.flight.is_none()
     }
 
     /// Corrects the factor by what came of the light `before` an iteration `after` it.
@@ -56,5 +92,231 @@ impl Conservation {
         // Nothing is off, or nothing is on its way.
         let factor = if share.is_finite() { 1.0 + off * share } else { 1.0 };
         self.factor = factor.clamp(1.0 / MOST, MOST) as f32;
+    }
+}
+
+/// One flight of light, over links and with rays.
+pub(super) struct Arrived<'a> {
+    pub(super) hierarchy: &'a Hierarchy,
+    pub(super) forest: &'a Forest,
+    /// The light after it, as links have brought it.
+    pub(super) light: &'a Light,
+    /// What was over what links brought.
+    pub(super) gains: &'a Gains,
+    /// Likewise.
+    pub(super) surplus: &'a Surplus,
+    /// What no link carries, over what links bring: where rays land too seldom to say more, it is as this says.
+    pub(super) strays: &'a Gains,
+    /// How many rays have landed on each leaf element.
+    pub(super) landed: &'a [u32],
+}
+
+impl Arrived<'_> {
+    /// What elements have to receive over what links bring, so that it is shared out as the rays have landed.
+    pub(super) fn shared(&self) -> (Gains, Surplus) {
+        let Arrived { hierarchy, forest, .. } = *self;
+        let mut below = Vec::new();
+        let mut of_nodes = vec![Share::default(); hierarchy.nodes.len()];
+        for (index, node) in hierarchy.nodes.iter().enumerate().rev() {
+            of_nodes[index] = match node.kind(index as u32) {
+                NodeKind::Leaf(facet) => forest.sides_of(facet).map(|side| self.side(side, &mut below)).sum(),
+                NodeKind::Cluster(children) => children.iter().map(|&child| of_nodes[child as usize]).sum(),
+            };
+        }
+        let mut gains = vec![1.0; hierarchy.nodes.len()];
+        let mut of_elements = vec![1.0; forest.len()];
+        for (index, node) in hierarchy.nodes.iter().enumerate() {
+            match node.kind(index as u32) {
+                NodeKind::Cluster([a, b]) => {
+                    let halves = Share::gains(of_nodes[a as usize], of_nodes[b as usize], gains[index]);
+                    [gains[a as usize], gains[b as usize]] = halves.map(|half| gains[index] * half);
+                }
+                NodeKind::Leaf(facet) => {
+                    let sides = forest.sides_of(facet);
+                    let mut halves = [1.0; 2];
+                    if sides.len() == 2 {
+                        let [front, back] =
+                            [sides.start, sides.start + 1].map(|side| self.side(side, &mut below));
+                        halves = Share::gains(front, back, gains[index]);
+                    }
+                    for (side, half) in sides.zip(halves) {
+                        self.share_side(side, gains[index] * half, &mut below, &mut of_elements);
+                    }
+                }
+            }
+        }
+        self.parted(of_elements)
+    }
+
+    /// What comes to each element of a side, and to all of it.
+    fn side(&self, side: usize, below: &mut Vec<Share>) -> Share {
+        let elements = self.forest.elements_of(side);
+        let first = elements.start;
+        below.clear();
+        below.resize(elements.len(), Share::default());
+        for element in elements.rev() {
+            below[element - first] = match self.forest.second[element] as usize {
+                0 => self.leaf(element),
+                second => [below[element + 1 - first], below[second - first]].into_iter().sum(),
+            };
+        }
+        below[0]
+    }
+
+    fn leaf(&self, element: usize) -> Share {
+        let by_links = self.by_links(element);
+        let brought = by_links * self.strays.of(element as u32) * self.forest.area[element];
+        Share { landed: self.landed[element], brought }
+    }
+
+    /// Irradiance of a leaf element that links have brought, summed over channels.
+    fn by_links(&self, element: usize) -> f32 {
+        let irradiance = self.light.irradiance[element];
+        irradiance.element_sum() / self.surplus.gain(element as u32, self.gains, irradiance).max(LEAST_GAINED)
+    }
+
+    /// The gains of the elements of a side that has this gain itself.
+    fn share_side(&self, side: usize, gain: f32, below: &mut Vec<Share>, gains: &mut [f32]) {
+        self.side(side, below);
+        let elements = self.forest.elements_of(side);
+        let first = elements.start;
+        gains[first] = gain;
+        for element in elements {
+            let second = self.forest.second[element] as usize;
+            if second != 0 {
+                let halves = Share::gains(below[element + 1 - first], below[second - first], gains[element]);
+                [gains[element + 1], gains[second]] = halves.map(|half| gains[element] * half);
+            }
+        }
+    }
+
+    /// What is less than links bring as a factor, and what is more as an amount.
+    fn parted(&self, mut gains: Vec<f32>) -> (Gains, Surplus) {
+        let mut surplus = vec![0.0; gains.len()];
+        for leaf in self.forest.leaves() {
+            let gain = (gains[leaf] * self.strays.of(leaf as u32)).max(LEAST_GAINED);
+            surplus[leaf] = (gain - 1.0).max(0.0) * self.by_links(leaf);
+            gains[leaf] = gain.min(1.0);
+        }
+        (Gains::from_factors(gains), Surplus::of_elements(surplus))
+    }
+}
+
+/// What comes to a part of the scene in one flight.
+#[derive(Clone, Copy, Debug, Default)]
+struct Share {
+    /// Rays that landed there.
+    landed: u32,
+    /// Power that links bring and stray light, summed over channels, local areas.
+    brought: f32,
+}
+
+impl Share {
+    /// What two halves receive over what they would by their links; `gain` is what both do.
+    fn gains(a: Share, b: Share, gain: f32) -> [f32; 2] {
+        let both: Share = [a, b].into_iter().sum();
+        let brought = [a, b].map(|half| f64::from(half.brought) / f64::from(both.brought));
+        if both.landed < FEWEST_LANDED || !(brought[0] > 0.0 && brought[1] > 0.0) {
+            return [1.0; 2];
+        }
+        let rays = f64::from(both.landed);
+        let off = f64::from(a.landed) / rays - brought[0];
+        // One ray more or less tells nothing where none is expected.
+        let chance = rays * brought[0] * brought[1] + CHANCE[0] * CHANCE[0];
+        let errors = off.abs() * rays / chance.sqrt();
+        let moved = off * ((errors - CHANCE[0]) / (CHANCE[1] - CHANCE[0])).clamp(0.0, 1.0);
+        // What the one half cannot take stays with the other.
+        let most = (MOST_GAINED / f64::from(gain)).max(1.0) - 1.0;
+        let moved = moved.clamp(-most * brought[1], most * brought[0]);
+        [1.0 + moved / brought[0], 1.0 - moved / brought[1]].map(|gain| gain.max(0.0) as f32)
+    }
+}
+
+impl Sum for Share {
+    fn sum<I: Iterator<Item = Share>>(shares: I) -> Share {
+        shares.fold(Share::default(), |a, b| Share {
+            landed: a.landed + b.landed,
+            brought: a.brought + b.brought,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Silent;
+    use crate::scene;
+    use glam::Vec3;
+    use std::path::Path;
+
+    #[test]
+    fn halves_follow_many_rays_and_few_hardly() {
+        let share = |landed, brought| Share { landed, brought };
+        // Links bring as much to one half as to the other, rays land three to one.
+        let [a, b] = Share::gains(share(75_000, 2.0), share(25_000, 2.0), 1.0);
+        assert!((a - 1.5).abs() < 1e-3 && (b - 0.5).abs() < 1e-3, "{a} {b}");
+        // What may be chance is left as it is, and light is neither lost nor made.
+        assert_eq!(Share::gains(share(5100, 3.0), share(4900, 3.0), 1.0), [1.0; 2]);
+        let [a, b] = Share::gains(share(5200, 3.0), share(4800, 3.0), 1.0);
+        assert!(a > 1.005 && a < 1.04 && ((a + b) - 2.0).abs() < 1e-6, "{a} {b}");
+        assert_eq!(Share::gains(share(40, 1.0), share(0, 1.0), 1.0), [1.0; 2]);
+        assert_eq!(Share::gains(share(2, 0.001), share(62, 0.999), 1.0), [1.0; 2]);
+        // What no link reaches, no factor lights.
+        assert_eq!(Share::gains(share(1000, 1.0), share(1000, 0.0), 1.0), [1.0; 2]);
+        assert_eq!(Share::gains(share(1000, 0.0), share(1000, 0.0), 1.0), [1.0; 2]);
+        // There is a most, and what is over that stays where it is.
+        let [a, b] = Share::gains(share(5000, 1.0), share(5000, 99.0), 2.0);
+        assert!((a - 2.0).abs() < 1e-6 && (b - 98.0 / 99.0).abs() < 1e-6, "{a} {b}");
+    }
+
+    /// All elements of a scene lit alike, and many more rays on some of them than on others.
+    #[test]
+    fn light_is_where_rays_land_however_often_it_is_shared_out() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell-box/scene.toml");
+        let scene = scene::load(&path, &Default::default(), &Silent).expect("a scene of the project");
+        let hierarchy = Hierarchy::build(&scene, false, &Silent);
+        let forest = Forest::new(&hierarchy);
+        let brought = vec![Vec3::new(1.0, 2.0, 3.0); forest.len()];
+        // None on the first quarter, and twice as many on the last as between.
+        let times = |element: usize| [0.0, 1.0, 1.0, 2.0][4 * element / forest.len()];
+        let landed: Vec<u32> = (0..forest.len()).map(|e| (1e8 * forest.area[e] * times(e)) as u32).collect();
+        let strays = Gains::none(forest.len());
+        let (mut gains, mut surplus) = (Gains::none(forest.len()), Surplus::default());
+        let mut before = None;
+        for _ in 0..3 {
+            let received = |e: usize| surplus.added(e as u32, brought[e] * gains.of(e as u32));
+            let irradiance: Vec<Vec3> = (0..forest.len()).map(received).collect();
+            let light = Light { irradiance, ..Light::default() };
+            let arrived = Arrived {
+                hierarchy: &hierarchy,
+                forest: &forest,
+                light: &light,
+                gains: &gains,
+                surplus: &surplus,
+                strays: &strays,
+                landed: &landed,
+            };
+            (gains, surplus) = arrived.shared();
+            let power = |e: usize| {
+                let irradiance = surplus.added(e as u32, brought[e] * gains.of(e as u32));
+                f64::from(irradiance.element_sum() * forest.area[e])
+            };
+            let received: Vec<f64> = forest.leaves().map(power).collect();
+            let (all, rays) = (received.iter().sum::<f64>(), forest.leaves().map(|e| landed[e]).sum::<u32>());
+            let whole: f64 = forest.leaves().map(|e| f64::from(6.0 * forest.area[e])).sum();
+            assert!((all / whole - 1.0).abs() < 1e-4, "{all} of {whole}");
+            for (leaf, power) in forest.leaves().zip(&received) {
+                let expected = f64::from(landed[leaf]) / f64::from(rays);
+                assert!((power / all - expected).abs() < 1e-3, "{leaf}: {} for {expected}", power / all);
+            }
+            let now = gains.factors().to_vec();
+            assert!(
+                before.is_none_or(|before: Vec<f32>| before
+                    .iter()
+                    .zip(&now)
+                    .all(|(a, b)| (a - b).abs() < 1e-3))
+            );
+            before = Some(now);
+        }
     }
 }

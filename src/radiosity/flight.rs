@@ -4,10 +4,12 @@
 use super::forest::{Forest, Way};
 use super::transport::Light;
 use crate::hierarchy::Hierarchy;
-use crate::math::{PairSequence, cosine_direction};
-use crate::tracer::{Departure, PACKET, Ray, Tracer, departing_hits};
+use crate::math::{PairSequence, cosine_direction, hash_pair};
+use crate::progress::{Progress, Silent, Work};
+use crate::tracer::{Departure, Hit, PACKET, Ray, Tracer, departing_hits};
 use glam::Vec3;
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Rays of a first look, each standing for the same power: rooms are measured with them.
 const FEW: u32 = 1 << 12;
@@ -25,6 +27,9 @@ const LEAST_WALL: f64 = 0.04;
 /// Cells as wide as a wall that the light of one room falls in, at most about.
 const CELLS: f64 = 20.0;
 
+/// The fraction of the golden ratio: its multiples are spread evenly, whatever their number.
+const GOLDEN: f64 = 0.618_033_988_749_895;
+
 /// Where light goes after it leaves a surface.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Flight {
@@ -34,6 +39,15 @@ pub(super) struct Flight {
     pub(super) on_backs: f64,
     /// Rays that found it.
     pub(super) rays: u32,
+}
+
+/// Where light lands.
+#[derive(Clone, Debug)]
+pub(super) struct Landings {
+    /// How much of it does.
+    pub(super) flight: Flight,
+    /// How many of the rays, by leaf element.
+    pub(super) on: Vec<u32>,
 }
 
 /// The rooms that the light of a scene fills.
@@ -49,29 +63,71 @@ pub(super) struct Rooms {
 /// Follows the light one step.
 pub(super) fn flight(hierarchy: &Hierarchy, forest: &Forest, light: &Light, tracer: &dyn Tracer) -> Flight {
     let senders = Senders::new(forest, light);
-    let followed = |rays: u32| {
-        let landings = senders.followed(hierarchy, forest, tracer, rays);
-        let share = |count: usize| count as f64 / f64::from(rays);
-        let on_backs = landings.iter().filter(|landing| landing.on_back).count();
-        Flight { escaped: share(rays as usize - landings.len()), on_backs: share(on_backs), rays }
+    let first = senders.flight(hierarchy, forest, tracer, FEW);
+    let wanted = first.rays_wanted();
+    if wanted > FEW { senders.flight(hierarchy, forest, tracer, wanted) } else { first }
+}
+
+/// Follows the light one step to the leaf elements it ends on, with about `rays` rays or more; with none if all is dark.
+pub(super) fn landings(
+    hierarchy: &Hierarchy,
+    forest: &Forest,
+    light: &Light,
+    tracer: &dyn Tracer,
+    rays: u32,
+    progress: &dyn Progress,
+) -> Landings {
+    progress.start("landings", 0);
+    let senders = Senders::new(forest, light);
+    let first = senders.flight(hierarchy, forest, tracer, FEW);
+    let on: Vec<AtomicU32> = (0..forest.len()).map(|_| AtomicU32::new(0)).collect();
+    // Sums of whole numbers are the same in any order.
+    let add = |count: &AtomicU32| count.fetch_add(1, Ordering::Relaxed);
+    let is_on_back = |_: &Departure, ray: &Ray, hit: &Hit| {
+        let leaf = forest.leaf_met(hierarchy, ray, hit);
+        leaf.map(|leaf| add(&on[leaf.id() as usize])).is_none()
     };
-    if senders.total <= 0.0 {
-        return Flight { escaped: 0.0, on_backs: 0.0, rays: 0 };
+    let wanted = rays.max(first.rays_wanted()).max(FEW);
+    let (rays, landed) = senders.followed(hierarchy, forest, tracer, wanted, progress, is_on_back);
+    progress.finish();
+    Landings { flight: Flight::of(&landed, rays), on: on.into_iter().map(AtomicU32::into_inner).collect() }
+}
+
+impl Flight {
+    /// From whether each of the rays that met a surface did so at its back.
+    fn of(landed: &[bool], rays: u32) -> Flight {
+        let share = |count: usize| if rays > 0 { count as f64 / f64::from(rays) } else { 0.0 };
+        let on_backs = landed.iter().filter(|&&on_back| on_back).count();
+        Flight {
+            escaped: share((rays as usize).saturating_sub(landed.len())),
+            on_backs: share(on_backs),
+            rays,
+        }
     }
-    let first = followed(FEW);
-    let gone = first.escaped + first.on_backs;
-    // As exact as the most rays are about one half, and what lands in proportion to itself, too.
-    let share = (4.0 * gone * (1.0 - gone)).max(gone / (1.0 - gone));
-    let wanted = (share.min(1.0) * f64::from(MOST)) as u32;
-    if wanted > FEW { followed(wanted.next_multiple_of(PACKET as u32)) } else { first }
+
+    /// How many rays know the share that lands well enough: as exact as the most are about one half, and what lands in
+    /// proportion to itself, too.
+    fn rays_wanted(&self) -> u32 {
+        let gone = self.escaped + self.on_backs;
+        let share = (4.0 * gone * (1.0 - gone)).max(gone / (1.0 - gone));
+        ((share.min(1.0) * f64::from(MOST)) as u32).next_multiple_of(PACKET as u32)
+    }
 }
 
 /// Measures the rooms that the light fills.
 pub(super) fn rooms(hierarchy: &Hierarchy, forest: &Forest, light: &Light, tracer: &dyn Tracer) -> Rooms {
     let senders = Senders::new(forest, light);
-    let mut landings = senders.followed(hierarchy, forest, tracer, FEW);
+    let landed = |departure: &Departure, ray: &Ray, hit: &Hit| {
+        let area = |facet| f64::from(hierarchy.nodes[hierarchy.leaf(facet) as usize].area);
+        Landing {
+            point: ray.origin + ray.direction * hit.t,
+            square: (hit.t as f64).powi(2),
+            least: LEAST_WALL * area(departure.facet).min(area(hit.facet)),
+        }
+    };
+    let (_, mut landings) = senders.followed(hierarchy, forest, tracer, FEW, &Silent, landed);
     if landings.len() < ENOUGH {
-        landings = senders.followed(hierarchy, forest, tracer, MOST);
+        (_, landings) = senders.followed(hierarchy, forest, tracer, MOST, &Silent, landed);
     }
     if landings.is_empty() {
         return Rooms { wall_area: 1.0, count: 1.0 };
@@ -85,8 +141,8 @@ pub(super) fn rooms(hierarchy: &Hierarchy, forest: &Forest, light: &Light, trace
 /// The leaf elements with the power they send out.
 struct Senders {
     leaves: Vec<u32>,
-    /// Power of each and those before it, summed over channels, local areas.
-    sums: Vec<f64>,
+    /// Power of each, summed over channels, local areas.
+    power: Vec<f64>,
     /// Power of all.
     total: f64,
 }
@@ -94,61 +150,82 @@ struct Senders {
 impl Senders {
     fn new(forest: &Forest, light: &Light) -> Senders {
         let leaves: Vec<u32> = forest.leaves().map(|e| e as u32).collect();
-        let mut total = 0.0;
-        let power = |e: u32| (light.exitance[e as usize].element_sum() * forest.area[e as usize]) as f64;
-        let add = |&e: &u32| {
-            total += power(e);
-            total
-        };
-        let sums = leaves.iter().map(add).collect();
-        Senders { leaves, sums, total }
+        let power = |&e: &u32| (light.exitance[e as usize].element_sum() * forest.area[e as usize]) as f64;
+        let power: Vec<f64> = leaves.iter().map(power).collect();
+        let total = power.iter().sum();
+        Senders { leaves, power, total }
     }
 
-    /// Where so many rays end, each with an equal share of the power. Nowhere if all is dark.
-    fn followed(
+    /// How many of about `rays` rays, each with an equal share of the power, leave each sender and those before it. None if all
+    /// is dark.
+    ///
+    /// Each has as many as its own power says, rounded up or down: where light differs a little elsewhere its rays stay
+    /// the same.
+    fn upto(&self, rays: u32) -> Vec<u32> {
+        if self.total <= 0.0 {
+            return vec![0; self.power.len()];
+        }
+        let per_power = f64::from(rays) / self.total;
+        let mut sum = 0;
+        let add = |(index, power): (usize, &f64)| {
+            let threshold = (index as f64 * GOLDEN).fract();
+            sum += (power * per_power + threshold) as u32;
+            sum
+        };
+        self.power.iter().enumerate().map(add).collect()
+    }
+
+    fn flight(&self, hierarchy: &Hierarchy, forest: &Forest, tracer: &dyn Tracer, rays: u32) -> Flight {
+        let is_on_back = |_: &Departure, ray: &Ray, hit: &Hit| {
+            forest.side_index(hierarchy.side_met(hit.facet, ray.direction)).is_none()
+        };
+        let (rays, landed) = self.followed(hierarchy, forest, tracer, rays, &Silent, is_on_back);
+        Flight::of(&landed, rays)
+    }
+
+    /// What `landed` says of each of about `rays` rays that meets a surface, and how many rays there were in truth.
+    fn followed<T: Send>(
         &self,
         hierarchy: &Hierarchy,
         forest: &Forest,
         tracer: &dyn Tracer,
         rays: u32,
-    ) -> Vec<Landing> {
-        if self.total <= 0.0 {
-            return Vec::new();
-        }
-        let sequence = PairSequence::new(1);
+        progress: &dyn Progress,
+        landed: impl Fn(&Departure, &Ray, &Hit) -> T + Sync,
+    ) -> (u32, Vec<T>) {
+        let upto = self.upto(rays);
+        let count = upto.last().copied().unwrap_or(0);
         let departure = |way: &mut Way<'_>, index: u32| {
-            let [u, v, s, t] = sequence.point(index);
-            let at = (index as f64 + 0.5) / f64::from(rays) * self.total;
-            let sender = self.sums.partition_point(|&sum| sum <= at).min(self.leaves.len() - 1);
+            let sender = upto.partition_point(|&upto| upto <= index);
+            let own = index - sender.checked_sub(1).map_or(0, |before| upto[before]);
+            // Rays of one sender are spread evenly; those of several, which would else repeat a pattern, are at random.
+            let [u, v, s, t] = PairSequence::new(hash_pair(sender as u64, 1)).point(own);
             let piece = way.to(self.leaves[sender]);
             let normal = piece.plane.normal;
             let (point, direction) = (piece.polygon.point_at(u, v), cosine_direction(normal, s, t));
             Departure { point, normal, facet: piece.side.facet, direction }
         };
-        let packet = |way: &mut Way<'_>, packet: u32| -> [Departure; PACKET] {
-            std::array::from_fn(|i| departure(way, packet * PACKET as u32 + i as u32))
+        // The last packet may have a few of its rays twice.
+        let packet = |way: &mut Way<'_>, first: u32| -> [Departure; PACKET] {
+            std::array::from_fn(|i| departure(way, (first + i as u32).min(count - 1)))
         };
-        (0..rays / PACKET as u32)
+        let working = || (Work::begin(progress, "landings"), Way::new(hierarchy, forest));
+        let all = (0..count.div_ceil(PACKET as u32))
             .into_par_iter()
             .with_min_len(64)
-            .map_init(|| Way::new(hierarchy, forest), packet)
-            .flat_map_iter(|departures| {
+            .map_init(working, |(_, way), index| {
+                let first = index * PACKET as u32;
+                (packet(way, first), PACKET.min((count - first) as usize))
+            })
+            .flat_map_iter(|(departures, own)| {
                 let mut rays = [Ray { origin: Vec3::ZERO, direction: Vec3::Z }; PACKET];
                 let mut hits = [None; PACKET];
                 departing_hits(tracer, &departures, &mut rays, &mut hits);
-                (0..PACKET).filter_map(move |i| {
-                    let (ray, hit) = (&rays[i], hits[i]?);
-                    let side = hierarchy.side_met(hit.facet, ray.direction);
-                    let area = |facet| f64::from(hierarchy.nodes[hierarchy.leaf(facet) as usize].area);
-                    Some(Landing {
-                        point: ray.origin + ray.direction * hit.t,
-                        square: (hit.t as f64).powi(2),
-                        least: LEAST_WALL * area(departures[i].facet).min(area(hit.facet)),
-                        on_back: forest.side_index(side).is_none(),
-                    })
-                })
+                let landed = &landed;
+                (0..own).filter_map(move |i| Some(landed(&departures[i], &rays[i], &hits[i]?)))
             })
-            .collect()
+            .collect();
+        (count, all)
     }
 }
 
@@ -160,8 +237,6 @@ struct Landing {
     square: f64,
     /// The least wall area between the facets at its ends.
     least: f64,
-    /// On the back of a one-sided surface.
-    on_back: bool,
 }
 
 /// Rooms with walls of this length that the light falls in: from the number of cells of a grid that would

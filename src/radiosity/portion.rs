@@ -2,8 +2,8 @@
 //! look at those that matter most.
 
 use super::flight::rooms;
+use super::gains::{Gains, Surplus};
 use super::solve::Solution;
-use super::strays::Strays;
 use super::transport::{Damping, Light, Materials, Receiving};
 use crate::hierarchy::Hierarchy;
 use crate::progress::Silent;
@@ -15,15 +15,16 @@ impl Solution {
     /// Irradiance of each leaf element without what it receives over links from the sides that `is_left_out` says,
     /// W/m²; in inner elements there is nothing.
     ///
-    /// All that the solution corrects without knowing which links are wrong stays in: stray light as an amount, the rest
-    /// as the factor it is.
+    /// All that the solution corrects without knowing which links are wrong stays in: what elements receive over what
+    /// links bring as an amount, the rest as the factor it is.
     pub fn irradiance_without(&self, hierarchy: &Hierarchy, is_left_out: &[bool]) -> Vec<Vec3> {
         let forest = &self.forest;
-        let (damping, strays) = (Damping::none(forest.len()), Strays::none(forest.len()));
+        let (damping, gains) = (Damping::none(forest.len()), Gains::none(forest.len()));
         let receiving = Receiving {
             damping: &damping,
             openness: &self.openness,
-            strays: &strays,
+            gains: &gains,
+            surplus: &Surplus::default(),
             factor: 1.0,
             progress: &Silent,
         };
@@ -35,7 +36,7 @@ impl Solution {
         let (part, all) =
             (received(&self.light.only_of(hierarchy, forest, is_left_out)), received(&self.light));
         let rest = |element: usize| {
-            let linked = all[element] * self.strays.gain(element as u32);
+            let linked = all[element] * self.gains.of(element as u32).max(1.0);
             let share = part[element] / linked.max(Vec3::splat(f32::MIN_POSITIVE));
             self.light.irradiance[element] * (Vec3::ONE - share).clamp(Vec3::ZERO, Vec3::ONE)
         };

@@ -64,8 +64,7 @@ pub fn relight(
     progress: &dyn Progress,
 ) -> Relit {
     let begun = Instant::now();
-    let Solution { mut forest, light: before, links, openness, strays, factor, counters, min_size, .. } =
-        solved;
+    let Solution { mut forest, light: before, links, openness, factor, counters, min_size, .. } = solved;
     let options =
         SolveOptions { iterations: options.iterations.max(ITERATIONS), record: Record::Nothing, ..*options };
     let (bright_before, sent_before) = (brightness(&before), before.sent(&forest));
@@ -92,7 +91,6 @@ pub fn relight(
         forest,
         links,
         openness,
-        strays,
         factor,
         counters,
         min_size: Some(min_size),

@@ -1,13 +1,14 @@
 //! From a hierarchy to a solution: refine and iterate until the energy error is small.
 
 use super::approach::Approach;
-use super::conservation::Conservation;
+use super::conservation::{Arrived, Conservation};
 use super::flight::{flight, rooms};
 use super::forest::Forest;
+use super::gains::{Gains, Surplus};
 use super::links::{Link, LinkSet, Pairs, renamed};
 use super::openness::Openness;
 use super::refine::{RefineCounters, Refiner, Thresholds};
-use super::strays::{Strays, Watched};
+use super::strays::Watched;
 use super::transport::{Damping, Light, Materials, Receiving, Surface};
 use crate::hierarchy::Hierarchy;
 use crate::progress::{Progress, Silent};
@@ -113,8 +114,8 @@ pub struct Solution {
     pub links: LinkSet,
     /// How what clusters and elements receive falls on the leaf elements below.
     pub openness: Openness,
-    /// What came besides.
-    pub strays: Strays,
+    /// What elements receive over what links bring, so that light falls where rays find that it does.
+    pub gains: Gains,
     /// What all received light was scaled by, so that none is lost or made.
     pub factor: f32,
     /// Pairs that are not stored, and the work done.
@@ -139,8 +140,15 @@ impl Solution {
     pub fn after_one_more_bounce(&self, hierarchy: &Hierarchy) -> Light {
         let materials = Materials { hierarchy, forest: &self.forest };
         let damping = Damping::none(self.forest.len());
-        let (openness, strays, factor) = (&self.openness, &self.strays, self.factor);
-        let receiving = Receiving { damping: &damping, openness, strays, factor, progress: &Silent };
+        let (openness, gains, factor) = (&self.openness, &self.gains, self.factor);
+        let receiving = Receiving {
+            damping: &damping,
+            openness,
+            gains,
+            surplus: &Surplus::default(),
+            factor,
+            progress: &Silent,
+        };
         let dark = Light::dark(self.forest.len());
         self.light.iterate(hierarchy, &self.forest, &self.links, &materials, receiving, dark)
     }
@@ -192,7 +200,6 @@ pub fn solve(
         begun,
         links: LinkSet::new(first, hierarchy.nodes.len() + forest.len()),
         openness: Openness::found(hierarchy, &forest, tracer, progress),
-        strays: Strays::none(forest.len()),
         factor: 1.0,
         counters: RefineCounters::default(),
         min_size: None,
@@ -208,7 +215,6 @@ pub(super) struct Beginning<'a> {
     pub(super) forest: Forest,
     pub(super) links: LinkSet,
     pub(super) openness: Openness,
-    pub(super) strays: Strays,
     /// See [`Solution::factor`].
     pub(super) factor: f32,
     pub(super) counters: RefineCounters,
@@ -231,15 +237,18 @@ pub(super) fn iterate(
     square_meters: f64,
     progress: &dyn Progress,
 ) -> Solution {
-    let Beginning { begun, mut forest, mut links, mut openness, mut strays, mut counters, min_size, .. } =
-        beginning;
+    let Beginning { begun, mut forest, mut links, mut openness, mut counters, min_size, .. } = beginning;
     let tester = Tester::new(hierarchy, tracer, options.visibility).detailed(options.record == Record::Steps);
     let materials = Materials { hierarchy, forest: &forest };
     let mut light = Light::emitted(hierarchy, &forest, &materials, Light::dark(forest.len()));
+    let (mut gains, mut surplus) = (Gains::none(forest.len()), Surplus::default());
+    let mut strays = gains.clone();
     let mut damping = match beginning.is_refined {
         None => Damping::none(forest.len()),
-        Some(_) => Damping::new(hierarchy, &forest, &links, (&openness, &strays), Damping::MANY, progress),
+        Some(_) => Damping::new(hierarchy, &forest, &links, (&openness, &gains), Damping::MANY, progress),
     };
+
+    let mut wall_area = 1.0;
     let mut blocked = Vec::new();
     let mut conservation = Conservation::beginning_with(beginning.factor);
     let emitted = emitted_power(hierarchy, &forest);
@@ -248,7 +257,6 @@ pub(super) fn iterate(
     let (mut iterations, mut error, mut factor) = (0, f64::MAX, conservation.factor);
     let (mut settled, mut since_settled) = (false, 0);
     let (mut is_waiting, mut refinements) = (beginning.is_refined, 0);
-    let mut wall_area = 1.0;
     // A fraction that knows nothing of brightness does not change.
     let weighs_again = options.visibility.strategy != Strategy::Sampled;
     let rooms_lit = rooms(hierarchy, &forest, &light, tracer).count;
@@ -257,7 +265,7 @@ pub(super) fn iterate(
     let mut approach = Approach::new(CONVERGED * emitted.element_sum());
 
     while iterations < options.iterations.max(1)
-        && !(since_settled > LOOKED_FOR_STRAYS[0] && approach.has_arrived())
+        && !(since_settled > WEIGHED_AGAIN[0] && approach.has_arrived())
     {
         // How fast changes shrink is known after two of them.
         if let Some(is_refined) = is_waiting
@@ -292,17 +300,12 @@ pub(super) fn iterate(
             progress.finish();
         }
         if looked_for_strays {
-            approach.shown = None;
             let watched = Watched { hierarchy, forest: &forest, light: &light, links: &links, tracer };
             let rays = STRAY_RAYS * options.visibility.rays;
-            strays = Strays::found(&watched, wall_area, rays, &strays, progress);
-            progress.finish();
+            let before = surplus.as_gains(&gains, &forest, &light, |_| 1.0);
+            strays = watched.strays(wall_area, rays, &before, progress);
         }
-        if weighed || looked_for_strays {
-            // What links bring has changed, and with it what could grow.
-            damping = Damping::new(hierarchy, &forest, &links, (&openness, &strays), Damping::MANY, progress);
-            refine_seconds += start.elapsed().as_secs_f64();
-        }
+        refine_seconds += start.elapsed().as_secs_f64();
         if !settled && is_waiting.is_none() {
             let start = Instant::now();
             approach.shown = None;
@@ -343,24 +346,55 @@ pub(super) fn iterate(
                 blocked = Vec::new();
             }
             links = LinkSet::new(refined.links, hierarchy.nodes.len() + forest.len());
-            strays = Strays::none(forest.len());
+            gains = Gains::none(forest.len());
+            strays = gains.clone();
+            surplus = Surplus::default();
             let bounces = if is_last { Damping::MANY } else { Damping::FEW };
-            damping = Damping::new(hierarchy, &forest, &links, (&openness, &strays), bounces, progress);
+            damping = Damping::new(hierarchy, &forest, &links, (&openness, &gains), bounces, progress);
             refine_seconds += start.elapsed().as_secs_f64();
         }
+        // The last light is that of the gains it has.
+        let is_shared = weighed && iterations + 1 < options.iterations;
         factor = conservation.factor;
-        let receiving =
-            Receiving { damping: &damping, openness: &openness, strays: &strays, factor, progress };
+        let receiving = Receiving {
+            damping: &damping,
+            openness: &openness,
+            gains: &gains,
+            surplus: &surplus,
+            factor,
+            progress,
+        };
         let materials = Materials { hierarchy, forest: &forest };
         approach.show(progress);
         let dark = Light::dark(forest.len());
         let next = light.iterate(hierarchy, &forest, &links, &materials, receiving, dark);
         if settled {
-            conservation.look(hierarchy, &forest, &light, tracer, weighed || looked_for_strays);
+            if is_shared {
+                let landed =
+                    &conservation.look(hierarchy, &forest, &light, tracer, links.links.len(), progress);
+                let arrived = Arrived {
+                    hierarchy,
+                    forest: &forest,
+                    light: &next,
+                    gains: &gains,
+                    surplus: &surplus,
+                    strays: &strays,
+                    landed,
+                };
+                (gains, surplus) = arrived.shared();
+                // What links bring has changed, and with it what could grow.
+                damping =
+                    Damping::new(hierarchy, &forest, &links, (&openness, &gains), Damping::MANY, progress);
+            } else if conservation.is_blind() {
+                conservation.look(hierarchy, &forest, &light, tracer, 0, &Silent);
+            }
             conservation.follow(&forest, &light, &next);
         }
         error = changed_power(&forest, &light, &next);
         approach.step(error, progress);
+        if is_shared {
+            approach.disturb();
+        }
         light = next;
         iterations += 1;
         since_settled += u32::from(settled);
@@ -374,6 +408,7 @@ pub(super) fn iterate(
     }
 
     progress.finish();
+    let gains = surplus.as_gains(&gains, &forest, &light, |leaf| damping.share(leaf));
     let energy = balance(hierarchy, &forest, &light, tracer, error, factor, square_meters);
     let refined_to = thresholds.min_size * hierarchy.frame.scene_units_per_local();
     let min_size = match min_size {
@@ -386,7 +421,7 @@ pub(super) fn iterate(
         light,
         links,
         openness,
-        strays,
+        gains,
         factor,
         counters,
         work,
@@ -488,8 +523,8 @@ fn lit_irradiance(light: &Light, forest: &Forest) -> Option<f64> {
 /// Links of clusters are weighed again after these iterations that follow the refinement.
 const WEIGHED_AGAIN: [u32; 4] = [1, 4, 16, 64];
 
-/// Stray light is looked for after these.
-const LOOKED_FOR_STRAYS: [u32; 2] = [1, 6];
+/// Stray light is looked for at some of these, the first among them.
+const LOOKED_FOR_STRAYS: [u32; 2] = [1, 4];
 
 /// Rays for a group of surfaces in which stray light is looked for, over those of a pair.
 const STRAY_RAYS: u32 = 16;

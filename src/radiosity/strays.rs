@@ -4,6 +4,7 @@
 //! links bring, both sides of small ones alike. Emission is left out: few rays meet a lamp, so what they found would be noise.
 
 use super::forest::Forest;
+use super::gains::Gains;
 use super::links::{LinkClass, LinkSet};
 use super::transport::Light;
 use crate::hierarchy::{Hierarchy, NodeKind};
@@ -39,67 +40,6 @@ const MOST_MARKS: usize = 1 << 26;
 /// However large the scene, the groups are dealt out in this many runs.
 const FEWEST_RUNS: usize = 8;
 
-/// What each element receives, over what its links bring.
-#[derive(Clone, Debug)]
-pub struct Strays(Vec<f32>);
-
-impl Strays {
-    /// None, for `elements` elements.
-    pub(super) fn none(elements: usize) -> Strays {
-        Strays(vec![1.0; elements])
-    }
-
-    /// The gain of each element.
-    pub fn from_gains(gains: Vec<f32>) -> Strays {
-        Strays(gains)
-    }
-
-    /// The gains of all elements.
-    pub fn gains(&self) -> &[f32] {
-        &self.0
-    }
-
-    /// What `element` receives, over what its links bring.
-    #[inline]
-    pub fn gain(&self, element: u32) -> f32 {
-        self.0[element as usize]
-    }
-
-    /// Looks for stray light in groups of about `wall_area` / 16, with up to `rays` rays each.
-    pub(super) fn found(
-        scene: &Watched<'_>,
-        wall_area: f64,
-        rays: u32,
-        before: &Strays,
-        progress: &dyn Progress,
-    ) -> Strays {
-        let group_area = GROUP * wall_area;
-        let groups = scene.groups(group_area);
-        progress.start("stray light", groups.len() as u64);
-        let nodes = scene.hierarchy.nodes.len() + scene.forest.len();
-        let run = groups.len().div_ceil(runs(rayon::current_num_threads(), nodes)).max(1);
-        let gains: Vec<f32> = groups
-            .par_chunks(run)
-            .flat_map_iter(|groups| {
-                let mut covered = Covered { stamp: 0, marks: vec![0; nodes] };
-                let gain = move |group: &Group| {
-                    let _work = Work::begin(progress, "stray light");
-                    let count = rays as f64 * (group.area / group_area).min(LARGEST);
-                    let count = (count as u32).max(FEWEST).next_multiple_of(PACKET as u32);
-                    progress.advance(1);
-                    scene.gain(group, count, before, &mut covered)
-                };
-                groups.iter().map(gain)
-            })
-            .collect();
-        let mut strays = Strays::none(scene.forest.len());
-        for (group, gain) in groups.iter().zip(gains) {
-            strays.0[scene.elements(group)].fill(gain);
-        }
-        strays
-    }
-}
-
 /// In how many runs the groups are dealt out to the threads: each has an array of marks as large as the
 /// scene, so the runs are few, and no more than fit in memory together.
 fn runs(threads: usize, nodes: usize) -> usize {
@@ -131,6 +71,36 @@ struct Covered {
 }
 
 impl Watched<'_> {
+    /// Looks for stray light in groups of about `wall_area` / 16, with up to `rays` rays each: what elements receive with it
+    /// over what links bring. `before` is what they receive over that now.
+    pub(super) fn strays(&self, wall_area: f64, rays: u32, before: &Gains, progress: &dyn Progress) -> Gains {
+        let group_area = GROUP * wall_area;
+        let groups = self.groups(group_area);
+        progress.start("stray light", groups.len() as u64);
+        let nodes = self.hierarchy.nodes.len() + self.forest.len();
+        let run = groups.len().div_ceil(runs(rayon::current_num_threads(), nodes)).max(1);
+        let found: Vec<f32> = groups
+            .par_chunks(run)
+            .flat_map_iter(|groups| {
+                let mut covered = Covered { stamp: 0, marks: vec![0; nodes] };
+                let gain = move |group: &Group| {
+                    let _work = Work::begin(progress, "stray light");
+                    let count = rays as f64 * (group.area / group_area).min(LARGEST);
+                    let count = (count as u32).max(FEWEST).next_multiple_of(PACKET as u32);
+                    progress.advance(1);
+                    self.gain(group, count, before, &mut covered)
+                };
+                groups.iter().map(gain)
+            })
+            .collect();
+        progress.finish();
+        let mut factors = vec![1.0; self.forest.len()];
+        for (group, gain) in groups.iter().zip(found) {
+            factors[self.elements(group)].fill(gain);
+        }
+        Gains::from_factors(factors)
+    }
+
     /// All lit surfaces, in groups of at most about this area.
     fn groups(&self, most: f64) -> Vec<Group> {
         let mut groups = Vec::new();
@@ -193,6 +163,12 @@ impl Watched<'_> {
         })
     }
 
+    /// The leaf elements of a cell.
+    fn leaves_below(&self, cell: u32) -> impl Iterator<Item = usize> + '_ {
+        let elements = cell as usize..self.end_of_cell(cell as usize);
+        elements.filter(|&element| self.forest.second[element] == 0)
+    }
+
     /// The nodes from `from` down to `to`, which lies in it.
     fn path(&self, from: u32, to: u32) -> impl Iterator<Item = u32> + '_ {
         let clusters = self.node_of(0);
@@ -224,14 +200,20 @@ impl Watched<'_> {
     }
 
     /// What a group receives over what its links bring.
-    fn gain(&self, group: &Group, count: u32, before: &Strays, covered: &mut Covered) -> f32 {
+    fn gain(&self, group: &Group, count: u32, before: &Gains, covered: &mut Covered) -> f32 {
         let cells: Vec<u32> = self.cells(self.elements(group)).collect();
         let area = |cell: u32| self.forest.area[cell as usize] as f64;
         let linked: f64 = cells
             .iter()
             .map(|&cell| {
-                let irradiance = self.light.irradiance[cell as usize].element_sum();
-                (irradiance / before.gain(cell)) as f64 * area(cell)
+                let leaves = self.leaves_below(cell);
+                let power = |leaf: usize| {
+                    let irradiance = self.light.irradiance[leaf].element_sum();
+                    f64::from(
+                        irradiance / before.of(leaf as u32).max(f32::MIN_POSITIVE) * self.forest.area[leaf],
+                    )
+                };
+                leaves.map(power).sum::<f64>()
             })
             .sum();
         if linked <= 0.0 {

@@ -2,10 +2,10 @@
 //! exitance up to the root. [HSA91]
 
 use super::forest::Forest;
+use super::gains::{Gains, Surplus};
 use super::links::{Link, LinkClass, LinkSet};
 use super::openness::{Arriving, Openness};
 use super::reflectance::Reflectance;
-use super::strays::Strays;
 use crate::hierarchy::Hierarchy;
 use crate::math::CosineLobes;
 use crate::progress::{Progress, Silent, Work};
@@ -69,18 +69,30 @@ impl Damping {
         Damping(vec![1.0; elements])
     }
 
+    /// The share of one element.
+    pub(super) fn share(&self, element: usize) -> f32 {
+        self.0[element]
+    }
+
     /// Follows the light over the links, for some bounces.
     pub(super) fn new(
         hierarchy: &Hierarchy,
         forest: &Forest,
         links: &LinkSet,
-        (openness, strays): (&Openness, &Strays),
+        (openness, gains): (&Openness, &Gains),
         bounces: u32,
         progress: &dyn Progress,
     ) -> Damping {
         progress.start("damping", 0);
         let damping = Damping::none(forest.len());
-        let receiving = Receiving { damping: &damping, openness, strays, factor: 1.0, progress };
+        let receiving = Receiving {
+            damping: &damping,
+            openness,
+            gains,
+            surplus: &Surplus::default(),
+            factor: 1.0,
+            progress,
+        };
         let glowing = Glowing(Materials { hierarchy, forest });
         let bounced = |light: &Light| {
             let dark = Light::dark_to_links(forest.len());
@@ -121,7 +133,8 @@ impl Surface for Glowing<'_> {
 pub(super) struct Receiving<'a> {
     pub(super) damping: &'a Damping,
     pub(super) openness: &'a Openness,
-    pub(super) strays: &'a Strays,
+    pub(super) gains: &'a Gains,
+    pub(super) surplus: &'a Surplus,
     /// So that no light is lost or made.
     pub(super) factor: f32,
     /// Told who works when.
@@ -171,12 +184,13 @@ impl Light {
         mut light: Light,
     ) -> Light {
         let dark = vec![Arriving::default(); hierarchy.cluster_count()];
-        let (damping, strays) = (Damping::none(forest.len()), Strays::none(forest.len()));
+        let (damping, gains) = (Damping::none(forest.len()), Gains::none(forest.len()));
         let openness = Openness::unknown();
         let receiving = Receiving {
             damping: &damping,
             openness: &openness,
-            strays: &strays,
+            gains: &gains,
+            surplus: &Surplus::default(),
             factor: 1.0,
             progress: &Silent,
         };
@@ -445,8 +459,9 @@ impl Block<'_> {
         let second = self.elements.forest.second[element as usize];
         if second == 0 {
             let irradiance = self.elements.irradiance[element as usize - self.elements.offset];
-            let share = self.receiving.damping.0[element as usize] * self.receiving.factor;
-            let irradiance = irradiance * (self.receiving.strays.gain(element) * share);
+            let share = self.receiving.damping.share(element as usize) * self.receiving.factor;
+            let irradiance = irradiance * (self.receiving.gains.of(element) * share);
+            let irradiance = self.receiving.surplus.added(element, irradiance);
             return self.elements.light_leaf(element, irradiance, surface);
         }
         let halves = [element + 1, second].map(|half| self.pull(half, surface));

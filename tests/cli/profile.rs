@@ -295,6 +295,7 @@ fn a_trace_has_every_phase_and_the_work_in_it() {
         "gather",
         "weigh",
         "stray light",
+        "landings",
     ];
     for phase in of_kind("phase") {
         assert!(phase.row == 0 && known.contains(&phase.name.as_str()), "{}", phase.name);

@@ -122,8 +122,8 @@ fn comes_back(name: &str, case: &Case, tracer: &dyn Tracer, strategy: Strategy) 
         again.links.links == solved.links.links && again.links.first == solved.links.first,
         "{name}: links"
     );
-    assert_eq!(again.strays.gains(), solved.strays.gains(), "{name}: stray light");
-    // All that light is made of, stray light, openness and the factor too, is in the next bounce.
+    assert_eq!(again.gains.factors(), solved.gains.factors(), "{name}: gains");
+    // All that light is made of, gains, openness and the factor too, is in the next bounce.
     let bounced = [&solved, &again].map(|s| bits(&s.after_one_more_bounce(&case.hierarchy)));
     assert!(bounced[0] == bounced[1], "{name}: another bounce differs");
     let figures = |s: &Solution| {
