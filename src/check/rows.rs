@@ -11,7 +11,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 /// Elements whose rows are compared with rays.
-const ROWS: u32 = 4096;
+const ROWS: u32 = 16_384;
 
 /// Rays over the hemisphere of each.
 const RAYS: u32 = 256;
