@@ -116,29 +116,30 @@ impl Arrived<'_> {
     pub(super) fn shared(&self) -> (Gains, Surplus) {
         let Arrived { hierarchy, forest, .. } = *self;
         let mut below = Vec::new();
-        let mut of_nodes = vec![Share::default(); hierarchy.nodes.len()];
-        for (index, node) in hierarchy.nodes.iter().enumerate().rev() {
-            of_nodes[index] = match node.kind(index as u32) {
-                NodeKind::Leaf(facet) => forest.sides_of(facet).map(|side| self.side(side, &mut below)).sum(),
-                NodeKind::Cluster(children) => children.iter().map(|&child| of_nodes[child as usize]).sum(),
-            };
-        }
+        let of_sides: Vec<Share> = (0..forest.side_count()).map(|side| self.side(side, &mut below)).collect();
+        let of_facet = |facet| forest.sides_of(facet).map(|side| of_sides[side]).sum();
+        let mut of_clusters = vec![Share::default(); hierarchy.cluster_count()];
+        hierarchy.sum_up(&mut of_clusters, of_facet, |sum: &mut Share, below| {
+            *sum = [*sum, *below].into_iter().sum();
+        });
+        let of_node = |node: u32| match hierarchy.nodes[node as usize].kind(node) {
+            NodeKind::Leaf(facet) => of_facet(facet),
+            NodeKind::Cluster(_) => of_clusters[hierarchy.cluster_place(node)],
+        };
         let mut gains = vec![1.0; hierarchy.nodes.len()];
         let mut of_elements = vec![1.0; forest.len()];
         for (index, node) in hierarchy.nodes.iter().enumerate() {
             match node.kind(index as u32) {
                 NodeKind::Cluster([a, b]) => {
-                    let halves = Share::gains(of_nodes[a as usize], of_nodes[b as usize], gains[index]);
+                    let halves = Share::gains(of_node(a), of_node(b), gains[index]);
                     [gains[a as usize], gains[b as usize]] = halves.map(|half| gains[index] * half);
                 }
                 NodeKind::Leaf(facet) => {
                     let sides = forest.sides_of(facet);
-                    let mut halves = [1.0; 2];
-                    if sides.len() == 2 {
-                        let [front, back] =
-                            [sides.start, sides.start + 1].map(|side| self.side(side, &mut below));
-                        halves = Share::gains(front, back, gains[index]);
-                    }
+                    let halves = match of_sides[sides.clone()] {
+                        [front, back] => Share::gains(front, back, gains[index]),
+                        _ => [1.0; 2],
+                    };
                     for (side, half) in sides.zip(halves) {
                         self.share_side(side, gains[index] * half, &mut below, &mut of_elements);
                     }
