@@ -1,22 +1,68 @@
-//! How far iteration has come: what is still to come follows from how much less changes every time.
+//! How far iteration has come, and how to get there sooner.
+//!
+//! What is still to come follows from how much less changes every time. Where surfaces are bright that is hardly less: of
+//! what changes, all but a few per cent changes again. Once it is known how slowly that fades, each iteration goes further
+//! than it would by itself, away from the light before: Chebyshev's semi-iteration, which needs about the square root of
+//! the iterations. How slowly changes fade is learnt on the way, from what is left of them. [GV61] [HY81]
 
 use crate::progress::Progress;
 
 /// Changes are taken to shrink at least by this factor.
 const SLOWEST: f64 = 0.999;
 
+/// They do so in truth, by what damping does.
+const DAMPED: f64 = 0.99;
+
+/// So many iterations of a run tell whether it is as fast as it should be.
+const TELLING: i32 = 4;
+
+/// Changes of this share of all light are rounding.
+const ROUNDING: f64 = f32::EPSILON as f64 / 2.0;
+
+/// A run that is slower than this share of the speed it should have, in digits an iteration, begins anew.
+const SLOW: f64 = 0.75;
+
 /// How near the light is to where iteration takes it.
 pub(super) struct Approach {
     /// Power still to come that is little enough.
     little: f64,
-    /// Power that changed in the last iteration.
-    change: f64,
+    /// Power that changed in the last iteration; `None` before what changes now has begun to.
+    change: Option<f64>,
     /// Power still to come.
     to_come: f64,
     /// The most that it has been.
     most: f64,
+    /// The share of what changes that changes again, as far as it is known.
+    fading: f64,
+    /// Iterations that go further than they would by themselves.
+    run: Option<Run>,
+    /// Whether such iterations have not helped.
+    walks: bool,
     /// Parts of the way that the bar shows; `None` while it shows something else.
     pub(super) shown: Option<u64>,
+}
+
+/// Iterations of Chebyshev's, for one estimate of how changes fade.
+#[derive(Clone, Copy, Debug)]
+struct Run {
+    /// Power that changed when it began.
+    first: f64,
+    /// Iterations since then.
+    count: i32,
+    /// How far the next goes, where 1 is as far as by itself.
+    reach: f64,
+}
+
+impl Run {
+    /// What is left of changes after the iterations so far, if no more of them than `fading` changes again.
+    fn left(&self, fading: f64) -> f64 {
+        1.0 / (f64::from(self.count) * (1.0 / fading).acosh()).cosh()
+    }
+
+    /// How changes fade, when this share of them is left.
+    fn fading(&self, assumed: f64, left: f64) -> f64 {
+        assumed * ((left / self.left(assumed)).max(1.0).acosh() / f64::from(self.count)).cosh()
+    }
 }
 
 impl Approach {
@@ -24,17 +70,36 @@ impl Approach {
     const STEPS: f64 = 1000.0;
 
     pub(super) fn new(little: f64) -> Approach {
-        Approach { little, change: f64::MAX, to_come: f64::MAX, most: 0.0, shown: None }
+        Approach {
+            little,
+            change: None,
+            to_come: f64::MAX,
+            most: 0.0,
+            fading: 0.0,
+            run: None,
+            walks: false,
+            shown: None,
+        }
     }
 
+    /// Whether the light is there, and what surfaces send out is what they receive.
     pub(super) fn has_arrived(&self) -> bool {
-        self.to_come <= self.little
+        self.to_come <= self.little && self.run.is_none()
     }
 
     /// What changes now begins anew: how fast that shrinks is known after two iterations.
     pub(super) fn disturb(&mut self) {
         self.to_come = f64::MAX;
+        self.change = None;
+        self.run = None;
+        self.walks = false;
         self.shown = None;
+    }
+
+    /// How much further the next iteration goes than by itself, as a share of what it changes since the light before
+    /// the last.
+    pub(super) fn ahead(&self) -> f32 {
+        self.run.map_or(0.0, |run| run.reach - 1.0) as f32
     }
 
     /// The way done, of [`Self::STEPS`]; changes shrink by the same factor every time.
@@ -52,15 +117,54 @@ impl Approach {
         });
     }
 
-    /// One iteration changed this much power.
-    pub(super) fn step(&mut self, change: f64, progress: &dyn Progress) {
-        let factor = (change / self.change).min(SLOWEST);
-        self.change = change;
-        self.to_come = change * factor / (1.0 - factor);
+    /// One iteration changed this much power of what surfaces send out, without what it went further; if links stay as
+    /// they are, the next may go further.
+    pub(super) fn step(&mut self, change: f64, sent: f64, links_stay: bool, progress: &dyn Progress) {
+        let before = self.change.replace(change);
+        let Some(before) = before else { return };
+        let factor = change / before;
+        let again = if self.run.is_some() { self.fading } else { factor.max(self.fading).min(SLOWEST) };
+        self.to_come = if change > ROUNDING * sent { change * again / (1.0 - again) } else { 0.0 };
         self.most = self.most.max(self.to_come);
+        self.run = match self.run {
+            _ if !links_stay || self.walks => None,
+            None => self.begun(change, factor),
+            Some(run) => self.gone_on(run, change),
+        };
         let done = self.done();
         let shown = self.shown.unwrap_or(0);
         progress.advance(done.saturating_sub(shown));
         self.shown = Some(done.max(shown));
+    }
+
+    /// A run, where it gets further than iterations by themselves, which leave this share of changes.
+    fn begun(&mut self, change: f64, factor: f64) -> Option<Run> {
+        if self.to_come <= self.little || factor >= 1.0 {
+            return None;
+        }
+        let fading = self.fading.max(factor).min(DAMPED);
+        let speed = (1.0 - (1.0 - fading * fading).sqrt()) / fading;
+        (factor > speed).then(|| {
+            self.fading = fading;
+            Run { first: change, count: 1, reach: 2.0 / (2.0 - fading * fading) }
+        })
+    }
+
+    /// The run, if it goes on.
+    fn gone_on(&mut self, run: Run, change: f64) -> Option<Run> {
+        // The last iteration goes no further, so that all light is what links bring.
+        if self.to_come <= self.little {
+            return None;
+        }
+        let left = change / run.first;
+        if run.count >= TELLING && left > run.left(self.fading).powf(SLOW) {
+            self.walks = left >= 1.0;
+            if left < 1.0 {
+                self.fading = run.fading(self.fading, left).min(DAMPED);
+            }
+            return None;
+        }
+        let reach = 4.0 / (4.0 - self.fading * self.fading * run.reach);
+        Some(Run { count: run.count + 1, reach, ..run })
     }
 }

@@ -4,7 +4,7 @@
 use super::flight::rooms;
 use super::gains::{Gains, Surplus};
 use super::solve::Solution;
-use super::transport::{Damping, Light, Materials, Receiving};
+use super::transport::{Damping, Further, Light, Materials, Receiving};
 use crate::hierarchy::Hierarchy;
 use crate::progress::Silent;
 use crate::tracer::Tracer;
@@ -26,6 +26,7 @@ impl Solution {
             gains: &gains,
             surplus: &Surplus::default(),
             factor: 1.0,
+            further: Further::NONE,
             progress: &Silent,
         };
         let materials = Materials { hierarchy, forest };

@@ -9,7 +9,7 @@ use super::links::{Link, LinkSet, Pairs, renamed};
 use super::openness::Openness;
 use super::refine::{RefineCounters, Refiner, Thresholds};
 use super::strays::Watched;
-use super::transport::{Damping, Light, Materials, Receiving, Surface};
+use super::transport::{Damping, Further, Light, Materials, Receiving, Surface};
 use crate::hierarchy::Hierarchy;
 use crate::progress::{Progress, Silent};
 use crate::tracer::Tracer;
@@ -147,6 +147,7 @@ impl Solution {
             gains,
             surplus: &Surplus::default(),
             factor,
+            further: Further::NONE,
             progress: &Silent,
         };
         let dark = Light::dark(self.forest.len());
@@ -263,6 +264,8 @@ pub(super) fn iterate(
     let mut thresholds = first_thresholds(emitted.max_element(), rooms_lit, hierarchy, options);
 
     let mut approach = Approach::new(CONVERGED * emitted.element_sum());
+    // What surfaces sent out one iteration ago.
+    let mut before = Vec::new();
 
     while iterations < options.iterations.max(1)
         && !(since_settled > WEIGHED_AGAIN[0] && approach.has_arrived())
@@ -283,7 +286,7 @@ pub(super) fn iterate(
         let looked_for_strays = weighs_again && LOOKED_FOR_STRAYS.contains(&since_settled);
         let start = Instant::now();
         if weighed {
-            approach.shown = None;
+            approach.disturb();
             progress.start("weigh", links.links.len() as u64);
             let refiner = Refiner {
                 hierarchy,
@@ -308,8 +311,9 @@ pub(super) fn iterate(
         refine_seconds += start.elapsed().as_secs_f64();
         if !settled && is_waiting.is_none() {
             let start = Instant::now();
-            approach.shown = None;
-            let before = links.links.len();
+            approach.disturb();
+            before = Vec::new();
+            let links_before = links.links.len();
             let pairs =
                 Pairs { links: std::mem::take(&mut links.links), blocked: std::mem::take(&mut blocked) };
             progress.start("refine", pairs.len() as u64);
@@ -336,12 +340,12 @@ pub(super) fn iterate(
             light = light.renumbered(&forest, &new_from_old);
             openness = openness.refined(hierarchy, &forest, &new_from_old, tracer, progress);
             drop(new_from_old);
-            let added = after.abs_diff(before) as f64;
+            let added = after.abs_diff(links_before) as f64;
             settled = refinements > SCHEDULE.len() && added <= SETTLED * after as f64
                 || refinements >= REFINED_AT_MOST;
-            let is_last = settled || iterations + 1 == options.iterations.max(1);
+            let is_final = settled || iterations + 1 == options.iterations.max(1);
             blocked = refined.blocked;
-            if is_last {
+            if is_final {
                 counters.invisible += blocked.len() as u64;
                 blocked = Vec::new();
             }
@@ -349,12 +353,13 @@ pub(super) fn iterate(
             gains = Gains::none(forest.len());
             strays = gains.clone();
             surplus = Surplus::default();
-            let bounces = if is_last { Damping::MANY } else { Damping::FEW };
+            let bounces = if is_final { Damping::MANY } else { Damping::FEW };
             damping = Damping::new(hierarchy, &forest, &links, (&openness, &gains), bounces, progress);
             refine_seconds += start.elapsed().as_secs_f64();
         }
-        // The last light is that of the gains it has.
-        let is_shared = weighed && iterations + 1 < options.iterations;
+        // The last light is that of the gains it has, and no other than links bring.
+        let is_last = iterations + 1 >= options.iterations;
+        let is_shared = weighed && !is_last;
         factor = conservation.factor;
         let receiving = Receiving {
             damping: &damping,
@@ -362,6 +367,7 @@ pub(super) fn iterate(
             gains: &gains,
             surplus: &surplus,
             factor,
+            further: Further { than: &before, by: if is_last { 0.0 } else { approach.ahead() } },
             progress,
         };
         let materials = Materials { hierarchy, forest: &forest };
@@ -390,12 +396,12 @@ pub(super) fn iterate(
             }
             conservation.follow(&forest, &light, &next);
         }
-        error = changed_power(&forest, &light, &next);
-        approach.step(error, progress);
+        error = changed_power(&materials, &light, &next);
+        approach.step(error, light.sent(&forest), settled || is_waiting.is_some(), progress);
         if is_shared {
             approach.disturb();
         }
-        light = next;
+        before = std::mem::replace(&mut light, next).exitance;
         iterations += 1;
         since_settled += u32::from(settled);
         if !settled && is_waiting.is_none() {
@@ -532,12 +538,20 @@ const STRAY_RAYS: u32 = 16;
 /// No element gets smaller than this, local length: a few hundred roundings.
 const MIN_LOCAL_SIZE: f64 = 5e-5;
 
-/// Power whose place or amount changed between two iterations, summed over channels, local areas.
-fn changed_power(forest: &Forest, before: &Light, after: &Light) -> f64 {
-    forest
-        .leaves()
-        .map(|e| ((after.exitance[e] - before.exitance[e]).abs().element_sum() * forest.area[e]) as f64)
-        .sum()
+/// Power whose place or amount one flight over the links changed, summed over channels, local areas.
+fn changed_power(materials: &Materials<'_>, before: &Light, after: &Light) -> f64 {
+    let Materials { forest, .. } = *materials;
+    let of_side = |side: usize| -> f64 {
+        let (emission, reflectance) = materials.of(side);
+        let leaves = forest.elements_of(side).filter(|&element| forest.second[element] == 0);
+        leaves
+            .map(|e| {
+                let sent = emission + reflectance.of(e as u32) * after.irradiance[e];
+                ((sent - before.exitance[e]).abs().element_sum() * forest.area[e]) as f64
+            })
+            .sum()
+    };
+    (0..forest.side_count()).map(of_side).sum()
 }
 
 /// Follows the power: what is emitted is absorbed or escapes.

@@ -91,6 +91,7 @@ impl Damping {
             gains,
             surplus: &Surplus::default(),
             factor: 1.0,
+            further: Further::NONE,
             progress,
         };
         let glowing = Glowing(Materials { hierarchy, forest });
@@ -137,8 +138,32 @@ pub(super) struct Receiving<'a> {
     pub(super) surplus: &'a Surplus,
     /// So that no light is lost or made.
     pub(super) factor: f32,
+    pub(super) further: Further<'a>,
     /// Told who works when.
     pub(super) progress: &'a dyn Progress,
+}
+
+/// How much further what surfaces send out goes than it would by itself.
+#[derive(Clone, Copy)]
+pub(super) struct Further<'a> {
+    /// What each element sent out before, which it goes away from.
+    pub(super) than: &'a [Vec3],
+    /// By this share of the way from there.
+    pub(super) by: f32,
+}
+
+impl Further<'_> {
+    /// No further.
+    pub(super) const NONE: Further<'static> = Further { than: &[], by: 0.0 };
+
+    /// What an element sends out that emits so much and would by itself send out so much.
+    #[inline]
+    fn of(&self, element: u32, emitted: Vec3, exitance: Vec3) -> Vec3 {
+        if self.by == 0.0 {
+            return exitance;
+        }
+        (exitance + (exitance - self.than[element as usize]) * self.by).max(emitted)
+    }
 }
 
 /// What a surface does with the light that reaches it.
@@ -192,6 +217,7 @@ impl Light {
             gains: &gains,
             surplus: &Surplus::default(),
             factor: 1.0,
+            further: Further::NONE,
             progress: &Silent,
         };
         light.push_pull(hierarchy, forest, surface, receiving, &dark);
@@ -217,7 +243,8 @@ impl Light {
             // Backwards, both halves come before the whole, the first last.
             for element in forest.elements_of(side).rev() {
                 let range = if forest.second[element] == 0 {
-                    elements.light_leaf(element as u32, *leaves.next().unwrap_or(&Vec3::ZERO), surface)
+                    let irradiance = *leaves.next().unwrap_or(&Vec3::ZERO);
+                    elements.light_leaf(element as u32, irradiance, surface, Further::NONE)
                 } else {
                     let halves = [ranges.pop(), ranges.pop()].map(Option::unwrap_or_default);
                     elements.join_halves(element as u32, halves)
@@ -462,7 +489,7 @@ impl Block<'_> {
             let share = self.receiving.damping.share(element as usize) * self.receiving.factor;
             let irradiance = irradiance * (self.receiving.gains.of(element) * share);
             let irradiance = self.receiving.surplus.added(element, irradiance);
-            return self.elements.light_leaf(element, irradiance, surface);
+            return self.elements.light_leaf(element, irradiance, surface, self.receiving.further);
         }
         let halves = [element + 1, second].map(|half| self.pull(half, surface));
         self.elements.join_halves(element, halves)
@@ -497,10 +524,11 @@ impl Elements<'_> {
         element: u32,
         irradiance: Vec3,
         (emitted, reflectance): (Vec3, Reflectance<'_>),
+        further: Further<'_>,
     ) -> Range {
         let own = element as usize - self.offset;
         self.irradiance[own] = irradiance;
-        self.exitance[own] = emitted + reflectance.of(element) * irradiance;
+        self.exitance[own] = further.of(element, emitted, emitted + reflectance.of(element) * irradiance);
         self.brightest[own] = self.exitance[own].max_element();
         (self.exitance[own], self.exitance[own])
     }
