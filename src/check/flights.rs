@@ -91,6 +91,6 @@ pub(super) fn landings(subject: &Subject<'_>, departures: &[Departure; PACKET]) 
     std::array::from_fn(|i| {
         let Some(hit) = &hits[i] else { return Landing::Escaped };
         let leaf = subject.solution.forest.leaf_met(subject.hierarchy, &rays[i], hit);
-        leaf.map_or(Landing::OnBack, |leaf| Landing::On(leaf.id()))
+        leaf.map_or(Landing::OnBack, |leaf| Landing::On(leaf.id))
     })
 }

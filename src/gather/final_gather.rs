@@ -117,7 +117,7 @@ impl<'a> FinalGather<'a> {
 
     /// The leaf element at a point on a side; `None` for a side that takes no part.
     pub fn element_at(&self, side: Side, point: DVec3) -> Option<u32> {
-        Some(self.solution.forest.leaf_at(self.hierarchy, side, point)?.id())
+        Some(self.solution.forest.leaf_at(self.hierarchy, side, point)?.id)
     }
 
     /// Irradiance at points, W/m². Quick when points on one element, and on neighbouring ones, follow each other.

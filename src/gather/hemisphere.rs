@@ -35,8 +35,8 @@ pub(super) fn reflected(
                 continue;
             }
             if let Some(leaf) = solution.forest.leaf_met(hierarchy, ray, hit) {
-                let reflectance = solution.forest.reflectance_of(hierarchy, &leaf);
-                sum += (reflectance * solution.light.irradiance[leaf.id() as usize]).as_dvec3();
+                let reflectance = solution.forest.reflectance_of(hierarchy, leaf);
+                sum += (reflectance * solution.light.irradiance[leaf.id as usize]).as_dvec3();
             }
         }
     }

@@ -44,8 +44,7 @@ fn seen_by(hierarchy: &Hierarchy, tracer: &dyn Tracer, solution: &Solution, came
         for (ray, hit) in packet.iter().zip(hits) {
             let Some(hit) = hit else { continue };
             let (side, point) = met(hierarchy, ray, &hit);
-            let Some(index) = solution.forest.side_index(side) else { continue };
-            elements.push(solution.forest.leaf_on(hierarchy, index, point).id());
+            elements.extend(solution.forest.leaf_at(hierarchy, side, point).map(|leaf| leaf.id));
         }
     }
     elements

@@ -127,13 +127,14 @@ impl Polygon {
     fn start_of_cut(&self) -> usize {
         let v = self.vertices();
         let n = v.len();
-        match n {
-            3 => (0..3)
-                .max_by(|&i, &j| edge_length_squared(v, i).total_cmp(&edge_length_squared(v, j)))
-                .unwrap_or(0),
-            4 => {
-                let along = |i| edge_length_squared(v, i) + edge_length_squared(v, i + 2);
-                if along(0) >= along(1) { 0 } else { 1 }
+        match *v {
+            [a, b, c] => {
+                let edges = [a.distance_squared(b), b.distance_squared(c), c.distance_squared(a)];
+                (0..3).max_by(|&i, &j| edges[i].total_cmp(&edges[j])).unwrap_or(0)
+            }
+            [a, b, c, d] => {
+                let along = a.distance_squared(b) + c.distance_squared(d);
+                usize::from(along < b.distance_squared(c) + d.distance_squared(a))
             }
             _ => {
                 let across = |i: usize| v[i].distance_squared(v[(i + n / 2) % n]);
@@ -142,29 +143,39 @@ impl Polygon {
         }
     }
 
+    /// The corners of a polygon of so many, in order, beginning with this one.
+    #[inline]
+    fn from_corner<const N: usize>(&self, start: usize) -> [DVec3; N] {
+        std::array::from_fn(|i| self.points[(start + i) % N])
+    }
+
     fn cut_from(&self, start: usize) -> (DVec3, DVec3) {
-        let v = self.vertices();
-        let at = |i: usize| v[(start + i) % v.len()];
-        match v.len() {
-            3 => ((at(0) + at(1)) * 0.5, at(2)),
-            4 => ((at(0) + at(1)) * 0.5, (at(2) + at(3)) * 0.5),
-            n => (at(n / 2), at(0)),
+        match self.vertices().len() {
+            3 => {
+                let [a, b, c] = self.from_corner(start);
+                ((a + b) * 0.5, c)
+            }
+            4 => {
+                let [a, b, c, d] = self.from_corner(start);
+                ((a + b) * 0.5, (c + d) * 0.5)
+            }
+            n => (self.points[(start + n / 2) % n], self.points[start]),
         }
     }
 
     fn keep_half_from(&mut self, start: usize, (from, to): (DVec3, DVec3), half: usize) {
         let n = self.count as usize;
-        let at = |i: usize| self.points[(start + i) % n];
         match n {
             3 => {
-                let half = if half == 0 { [at(2), at(0), from] } else { [from, at(1), at(2)] };
-                self.points[..3].copy_from_slice(&half);
+                let [a, b, c] = self.from_corner(start);
+                self.points[..3].copy_from_slice(&if half == 0 { [c, a, from] } else { [from, b, c] });
             }
             4 => {
-                let half = if half == 0 { [at(0), from, to, at(3)] } else { [from, at(1), at(2), to] };
-                self.points[..4].copy_from_slice(&half);
+                let [a, b, c, d] = self.from_corner(start);
+                self.points[..4].copy_from_slice(&if half == 0 { [a, from, to, d] } else { [from, b, c, to] });
             }
             _ => {
+                let at = |i: usize| self.points[(start + i) % n];
                 let (first, count) = if half == 0 { (0, n / 2 + 1) } else { (n / 2, n - n / 2 + 1) };
                 let mut points = [DVec3::ZERO; MAX_VERTICES];
                 for (i, point) in points[..count].iter_mut().enumerate() {
@@ -285,10 +296,6 @@ impl<'a> PolygonSampler<'a> {
 /// On which side of a cut a point lies: 0 for the left one.
 pub fn half_at((from, to): (DVec3, DVec3), point: DVec3, normal: DVec3) -> usize {
     usize::from((to - from).cross(point - from).dot(normal) < 0.0)
-}
-
-fn edge_length_squared(v: &[DVec3], i: usize) -> f64 {
-    v[i].distance_squared(v[(i + 1) % v.len()])
 }
 
 #[cfg(test)]

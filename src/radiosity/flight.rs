@@ -85,7 +85,7 @@ pub(super) fn landings(
     let add = |count: &AtomicU32| count.fetch_add(1, Ordering::Relaxed);
     let is_on_back = |_: &Departure, ray: &Ray, hit: &Hit| {
         let leaf = forest.leaf_met(hierarchy, ray, hit);
-        leaf.map(|leaf| add(&on[leaf.id() as usize])).is_none()
+        leaf.map(|leaf| add(&on[leaf.id as usize])).is_none()
     };
     let wanted = rays.max(first.rays_wanted()).max(FEW);
     let (rays, landed) = senders.followed(hierarchy, forest, tracer, wanted, progress, is_on_back);

@@ -51,6 +51,15 @@ pub struct Piece<'a> {
     pub(super) cell: u32,
 }
 
+/// A leaf element, without its geometry.
+#[derive(Clone, Copy, Debug)]
+pub struct Leaf {
+    /// The number of its side.
+    pub side: usize,
+    /// Its id.
+    pub id: u32,
+}
+
 impl<'a> Piece<'a> {
     /// Both halves; splits the tree if need be.
     pub fn halves(&self, forest: &'a Forest) -> [Piece<'a>; 2] {
@@ -266,12 +275,9 @@ impl Forest {
         }
     }
 
-    /// What an element reflects.
-    pub fn reflectance_of(&self, hierarchy: &Hierarchy, piece: &Piece<'_>) -> Vec3 {
-        match self.side_index(piece.side) {
-            Some(index) => self.reflectance(hierarchy, index).of(piece.id()),
-            None => Vec3::ZERO,
-        }
+    /// What a leaf element reflects.
+    pub fn reflectance_of(&self, hierarchy: &Hierarchy, leaf: Leaf) -> Vec3 {
+        self.reflectance(hierarchy, leaf.side).of(leaf.id)
     }
 
     /// Takes what elements reflect from a hierarchy that has other materials than the one before.
@@ -394,11 +400,13 @@ impl Forest {
     }
 
     /// The leaf element at a point on a side; `None` for a side that takes no part.
-    pub fn leaf_at(&self, hierarchy: &Hierarchy, side: Side, point: DVec3) -> Option<Piece<'_>> {
-        Some(self.leaf_on(hierarchy, self.side_index(side)?, point))
+    pub fn leaf_at(&self, hierarchy: &Hierarchy, side: Side, point: DVec3) -> Option<Leaf> {
+        let index = self.side_index(side)?;
+        let id = self.element_in(&self.root(hierarchy, index), point, |_| false);
+        Some(Leaf { side: index, id })
     }
 
-    /// The leaf element at a point on the side with this number.
+    /// The leaf element at a point on the side with this number, with its geometry.
     pub fn leaf_on(&self, hierarchy: &Hierarchy, index: usize, point: DVec3) -> Piece<'_> {
         let mut piece = self.root(hierarchy, index);
         while self.second[piece.id() as usize] != 0 {
@@ -408,7 +416,7 @@ impl Forest {
     }
 
     /// The leaf element that a ray met; `None` for a side that takes no part.
-    pub fn leaf_met(&self, hierarchy: &Hierarchy, ray: &Ray, hit: &Hit) -> Option<Piece<'_>> {
+    pub fn leaf_met(&self, hierarchy: &Hierarchy, ray: &Ray, hit: &Hit) -> Option<Leaf> {
         let point = ray.origin.as_dvec3() + ray.direction.as_dvec3() * hit.t as f64;
         self.leaf_at(hierarchy, hierarchy.side_met(hit.facet, ray.direction), point)
     }

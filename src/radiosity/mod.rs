@@ -31,7 +31,7 @@ pub(crate) use transport::intensities;
 pub use transport::{Light, direction};
 
 pub use fidelity::VisibilityError;
-pub use forest::{Forest, Piece, Way};
+pub use forest::{Forest, Leaf, Piece, Way};
 pub use form_factor::{PolygonSource, SourceShape};
 pub use gains::Gains;
 pub use links::{Link, LinkClass, LinkSet};

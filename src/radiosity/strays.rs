@@ -260,8 +260,8 @@ impl Watched<'_> {
             for i in 0..PACKET {
                 let Some(hit) = hits[i] else { continue };
                 let Some(source) = self.forest.leaf_met(self.hierarchy, &rays[i], &hit) else { continue };
-                let reflectance = self.forest.reflectance_of(self.hierarchy, &source);
-                let irradiance = self.light.irradiance[source.id() as usize];
+                let reflectance = self.forest.reflectance_of(self.hierarchy, source);
+                let irradiance = self.light.irradiance[source.id as usize];
                 let brought = (irradiance * reflectance).element_sum() as f64;
                 if brought <= 0.0 {
                     linked_rays += 1;
@@ -276,7 +276,7 @@ impl Watched<'_> {
                 }
                 covered.next();
                 self.mark_elements(cells[marked], departures[i].point, covered);
-                if covered.holds(self, source.id(), [common, own]) {
+                if covered.holds(self, source.id, [common, own]) {
                     linked_rays += 1;
                 } else {
                     stray += brought / f64::from(count);
