@@ -57,7 +57,7 @@ impl Speed {
 }
 
 /// Iterations of the warm-up: enough to come to every phase.
-const WARM_UP: u32 = 16;
+const WARM_UP: u32 = 48;
 
 /// Solves as roughly as can be. The first to solve would else be told to need more time and memory, since what a process needs
 /// once, such as the pages of its own code, comes with it.

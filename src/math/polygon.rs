@@ -145,18 +145,18 @@ impl Polygon {
 
     /// The corners of a polygon of so many, in order, beginning with this one.
     #[inline]
-    fn from_corner<const N: usize>(&self, start: usize) -> [DVec3; N] {
+    fn corners_from<const N: usize>(&self, start: usize) -> [DVec3; N] {
         std::array::from_fn(|i| self.points[(start + i) % N])
     }
 
     fn cut_from(&self, start: usize) -> (DVec3, DVec3) {
         match self.vertices().len() {
             3 => {
-                let [a, b, c] = self.from_corner(start);
+                let [a, b, c] = self.corners_from(start);
                 ((a + b) * 0.5, c)
             }
             4 => {
-                let [a, b, c, d] = self.from_corner(start);
+                let [a, b, c, d] = self.corners_from(start);
                 ((a + b) * 0.5, (c + d) * 0.5)
             }
             n => (self.points[(start + n / 2) % n], self.points[start]),
@@ -167,12 +167,16 @@ impl Polygon {
         let n = self.count as usize;
         match n {
             3 => {
-                let [a, b, c] = self.from_corner(start);
+                let [a, b, c] = self.corners_from(start);
                 self.points[..3].copy_from_slice(&if half == 0 { [c, a, from] } else { [from, b, c] });
             }
             4 => {
-                let [a, b, c, d] = self.from_corner(start);
-                self.points[..4].copy_from_slice(&if half == 0 { [a, from, to, d] } else { [from, b, c, to] });
+                let [a, b, c, d] = self.corners_from(start);
+                self.points[..4].copy_from_slice(&if half == 0 {
+                    [a, from, to, d]
+                } else {
+                    [from, b, c, to]
+                });
             }
             _ => {
                 let at = |i: usize| self.points[(start + i) % n];

@@ -14,7 +14,7 @@
 use super::flight::{Flight, Landings, landings};
 use super::forest::Forest;
 use super::gains::{Gains, Surplus};
-use super::transport::Light;
+use super::transport::{Damping, Light};
 use crate::hierarchy::{Hierarchy, NodeKind};
 use crate::progress::Progress;
 use crate::tracer::Tracer;
@@ -26,8 +26,14 @@ const MOST: f64 = 2.0;
 /// Half of what is off by this many standard errors of the rays is corrected, of less hardly any.
 const NOISE: f64 = 3.0;
 
-/// Rays of a flight for each link: they take a fifth of the time that links take, or less.
-const RAYS_PER_LINK: usize = 8;
+/// Rays of a flight for each link.
+const RAYS_PER_LINK: usize = 16;
+
+/// Where links are few there are rays to spare: so many for each link, until they are [`MANY_RAYS`].
+const RAYS_PER_LINK_OF_FEW: usize = 32;
+
+/// See [`RAYS_PER_LINK_OF_FEW`].
+const MANY_RAYS: usize = 1 << 19;
 
 /// Most rays of a flight.
 const MOST_RAYS: usize = 1 << 24;
@@ -45,35 +51,63 @@ const MOST_GAINED: f64 = 4.0;
 /// No element receives less than this times what its links bring: of nothing it would not be known what they bring.
 const LEAST_GAINED: f32 = 1e-6;
 
-/// What light that is received is scaled by.
-#[derive(Clone, Copy, Debug)]
+/// What light that is received is scaled by, and what rays have found so far.
+#[derive(Clone, Debug)]
 pub(super) struct Conservation {
     /// The factor.
     pub(super) factor: f32,
     /// Where all light goes; `None` before rays have found it.
     flight: Option<Flight>,
+    /// How many rays have landed on each leaf element.
+    landed: Vec<u32>,
+    /// How many would have, by what links bring.
+    expected: Vec<f32>,
 }
 
 impl Conservation {
     /// Nothing is known yet but a factor to begin with: that of the light before, or 1.
     pub(super) fn beginning_with(factor: f32) -> Conservation {
-        Conservation { factor, flight: None }
+        Conservation { factor, flight: None, landed: Vec::new(), expected: Vec::new() }
     }
 
-    /// Finds with rays where light goes that comes over so many links: how many of the rays land on each leaf element.
+    /// Takes what rays have found of all light together.
+    pub(super) fn learn(&mut self, flight: Flight) {
+        self.flight = Some(flight);
+    }
+
+    /// Finds with rays where light goes that comes over so many `links`, for the first time, or the second;
+    /// [`Self::shared`] takes what has been found each time.
     pub(super) fn look(
         &mut self,
         hierarchy: &Hierarchy,
         forest: &Forest,
         light: &Light,
         tracer: &dyn Tracer,
-        links: usize,
+        (links, time): (usize, u32),
         progress: &dyn Progress,
-    ) -> Vec<u32> {
-        let rays = links.saturating_mul(RAYS_PER_LINK).min(MOST_RAYS) as u32;
-        let Landings { flight, on } = landings(hierarchy, forest, light, tracer, rays, progress);
+    ) {
+        let of_few = links.saturating_mul(RAYS_PER_LINK_OF_FEW).min(MANY_RAYS);
+        let rays = links.saturating_mul(RAYS_PER_LINK).max(of_few).min(MOST_RAYS) as u32;
+        let Landings { flight, on } = landings(hierarchy, forest, light, tracer, (rays, time), progress);
         self.flight = Some(flight);
-        on
+        self.landed.resize(on.len(), 0);
+        for (landed, now) in self.landed.iter_mut().zip(on) {
+            *landed += now;
+        }
+    }
+
+    /// What elements have to receive over what links bring, so that it is shared out as the rays have landed. The light
+    /// changes from look to look, but what rays find over what links bring does so little.
+    pub(super) fn shared(&mut self, arrived: &Arrived<'_>) -> (Gains, Surplus) {
+        let brought: f64 = arrived.forest.leaves().map(|leaf| f64::from(arrived.brought(leaf))).sum();
+        let landed: f64 = self.landed.iter().map(|&landed| f64::from(landed)).sum();
+        let expected: f64 = self.expected.iter().map(|&expected| f64::from(expected)).sum();
+        let rays = if brought > 0.0 { (landed - expected) / brought } else { 0.0 };
+        self.expected.resize(self.landed.len(), 0.0);
+        for leaf in arrived.forest.leaves() {
+            self.expected[leaf] += (f64::from(arrived.brought(leaf)) * rays) as f32;
+        }
+        Sharing { arrived, landed: &self.landed, expected: &self.expected }.shared()
     }
 
     /// Whether it has not been looked yet.
@@ -101,20 +135,42 @@ pub(super) struct Arrived<'a> {
     pub(super) forest: &'a Forest,
     /// The light after it, as links have brought it.
     pub(super) light: &'a Light,
+    /// What was taken of what links brought.
+    pub(super) damping: &'a Damping,
     /// What was over what links brought.
     pub(super) gains: &'a Gains,
     /// Likewise.
     pub(super) surplus: &'a Surplus,
     /// What no link carries, over what links bring: where rays land too seldom to say more, it is as this says.
     pub(super) strays: &'a Gains,
-    /// How many rays have landed on each leaf element.
-    pub(super) landed: &'a [u32],
 }
 
 impl Arrived<'_> {
-    /// What elements have to receive over what links bring, so that it is shared out as the rays have landed.
-    pub(super) fn shared(&self) -> (Gains, Surplus) {
-        let Arrived { hierarchy, forest, .. } = *self;
+    /// Power of a leaf element that links have brought and stray light, summed over channels, local areas.
+    fn brought(&self, element: usize) -> f32 {
+        self.by_links(element) * self.strays.of(element as u32) * self.forest.area[element]
+    }
+
+    /// Irradiance of a leaf element that links have brought, summed over channels, before it was damped.
+    fn by_links(&self, element: usize) -> f32 {
+        let irradiance = self.light.irradiance[element];
+        let gain = self.surplus.gain(element as u32, self.gains, irradiance) * self.damping.share(element);
+        irradiance.element_sum() / gain.max(LEAST_GAINED)
+    }
+}
+
+/// Light is shared out as rays have landed.
+struct Sharing<'a> {
+    arrived: &'a Arrived<'a>,
+    /// How many have, by leaf element.
+    landed: &'a [u32],
+    /// How many would have by links.
+    expected: &'a [f32],
+}
+
+impl Sharing<'_> {
+    fn shared(&self) -> (Gains, Surplus) {
+        let Arrived { hierarchy, forest, .. } = *self.arrived;
         let mut below = Vec::new();
         let of_sides: Vec<Share> = (0..forest.side_count()).map(|side| self.side(side, &mut below)).collect();
         let of_facet = |facet| forest.sides_of(facet).map(|side| of_sides[side]).sum();
@@ -151,39 +207,29 @@ impl Arrived<'_> {
 
     /// What comes to each element of a side, and to all of it.
     fn side(&self, side: usize, below: &mut Vec<Share>) -> Share {
-        let elements = self.forest.elements_of(side);
+        let forest = self.arrived.forest;
+        let elements = forest.elements_of(side);
         let first = elements.start;
         below.clear();
         below.resize(elements.len(), Share::default());
         for element in elements.rev() {
-            below[element - first] = match self.forest.second[element] as usize {
-                0 => self.leaf(element),
+            below[element - first] = match forest.second[element] as usize {
+                0 => Share { landed: self.landed[element], expected: self.expected[element] },
                 second => [below[element + 1 - first], below[second - first]].into_iter().sum(),
             };
         }
         below[0]
     }
 
-    fn leaf(&self, element: usize) -> Share {
-        let by_links = self.by_links(element);
-        let brought = by_links * self.strays.of(element as u32) * self.forest.area[element];
-        Share { landed: self.landed[element], brought }
-    }
-
-    /// Irradiance of a leaf element that links have brought, summed over channels.
-    fn by_links(&self, element: usize) -> f32 {
-        let irradiance = self.light.irradiance[element];
-        irradiance.element_sum() / self.surplus.gain(element as u32, self.gains, irradiance).max(LEAST_GAINED)
-    }
-
     /// The gains of the elements of a side that has this gain itself.
     fn share_side(&self, side: usize, gain: f32, below: &mut Vec<Share>, gains: &mut [f32]) {
         self.side(side, below);
-        let elements = self.forest.elements_of(side);
+        let forest = self.arrived.forest;
+        let elements = forest.elements_of(side);
         let first = elements.start;
         gains[first] = gain;
         for element in elements {
-            let second = self.forest.second[element] as usize;
+            let second = forest.second[element] as usize;
             if second != 0 {
                 let halves = Share::gains(below[element + 1 - first], below[second - first], gains[element]);
                 [gains[element + 1], gains[second]] = halves.map(|half| gains[element] * half);
@@ -194,9 +240,10 @@ impl Arrived<'_> {
     /// What is less than links bring as a factor, and what is more as an amount.
     fn parted(&self, mut gains: Vec<f32>) -> (Gains, Surplus) {
         let mut surplus = vec![0.0; gains.len()];
-        for leaf in self.forest.leaves() {
-            let gain = (gains[leaf] * self.strays.of(leaf as u32)).max(LEAST_GAINED);
-            surplus[leaf] = (gain - 1.0).max(0.0) * self.by_links(leaf);
+        let arrived = self.arrived;
+        for leaf in arrived.forest.leaves() {
+            let gain = (gains[leaf] * arrived.strays.of(leaf as u32)).max(LEAST_GAINED);
+            surplus[leaf] = (gain - 1.0).max(0.0) * arrived.by_links(leaf);
             gains[leaf] = gain.min(1.0);
         }
         (Gains::from_factors(gains), Surplus::of_elements(surplus))
@@ -208,28 +255,28 @@ impl Arrived<'_> {
 struct Share {
     /// Rays that landed there.
     landed: u32,
-    /// Power that links bring and stray light, summed over channels, local areas.
-    brought: f32,
+    /// Rays that would have by links.
+    expected: f32,
 }
 
 impl Share {
     /// What two halves receive over what they would by their links; `gain` is what both do.
     fn gains(a: Share, b: Share, gain: f32) -> [f32; 2] {
         let both: Share = [a, b].into_iter().sum();
-        let brought = [a, b].map(|half| f64::from(half.brought) / f64::from(both.brought));
-        if both.landed < FEWEST_LANDED || !(brought[0] > 0.0 && brought[1] > 0.0) {
+        let expected = [a, b].map(|half| f64::from(half.expected) / f64::from(both.expected));
+        if both.landed < FEWEST_LANDED || !(expected[0] > 0.0 && expected[1] > 0.0) {
             return [1.0; 2];
         }
         let rays = f64::from(both.landed);
-        let off = f64::from(a.landed) / rays - brought[0];
+        let off = f64::from(a.landed) / rays - expected[0];
         // One ray more or less tells nothing where none is expected.
-        let chance = rays * brought[0] * brought[1] + CHANCE[0] * CHANCE[0];
+        let chance = rays * expected[0] * expected[1] + CHANCE[0] * CHANCE[0];
         let errors = off.abs() * rays / chance.sqrt();
         let moved = off * ((errors - CHANCE[0]) / (CHANCE[1] - CHANCE[0])).clamp(0.0, 1.0);
         // What the one half cannot take stays with the other.
         let most = (MOST_GAINED / f64::from(gain)).max(1.0) - 1.0;
-        let moved = moved.clamp(-most * brought[1], most * brought[0]);
-        [1.0 + moved / brought[0], 1.0 - moved / brought[1]].map(|gain| gain.max(0.0) as f32)
+        let moved = moved.clamp(-most * expected[1], most * expected[0]);
+        [1.0 + moved / expected[0], 1.0 - moved / expected[1]].map(|gain| gain.max(0.0) as f32)
     }
 }
 
@@ -237,7 +284,7 @@ impl Sum for Share {
     fn sum<I: Iterator<Item = Share>>(shares: I) -> Share {
         shares.fold(Share::default(), |a, b| Share {
             landed: a.landed + b.landed,
-            brought: a.brought + b.brought,
+            expected: a.expected + b.expected,
         })
     }
 }
@@ -252,7 +299,7 @@ mod tests {
 
     #[test]
     fn halves_follow_many_rays_and_few_hardly() {
-        let share = |landed, brought| Share { landed, brought };
+        let share = |landed, expected| Share { landed, expected };
         // Links bring as much to one half as to the other, rays land three to one.
         let [a, b] = Share::gains(share(75_000, 2.0), share(25_000, 2.0), 1.0);
         assert!((a - 1.5).abs() < 1e-3 && (b - 0.5).abs() < 1e-3, "{a} {b}");
@@ -282,6 +329,8 @@ mod tests {
         let times = |element: usize| [0.0, 1.0, 1.0, 2.0][4 * element / forest.len()];
         let landed: Vec<u32> = (0..forest.len()).map(|e| (1e8 * forest.area[e] * times(e)) as u32).collect();
         let strays = Gains::none(forest.len());
+        let mut conservation = Conservation::beginning_with(1.0);
+        conservation.landed = vec![0; forest.len()];
         let (mut gains, mut surplus) = (Gains::none(forest.len()), Surplus::default());
         let mut before = None;
         for _ in 0..3 {
@@ -292,12 +341,13 @@ mod tests {
                 hierarchy: &hierarchy,
                 forest: &forest,
                 light: &light,
+                damping: &Damping::none(forest.len()),
                 gains: &gains,
                 surplus: &surplus,
                 strays: &strays,
-                landed: &landed,
             };
-            (gains, surplus) = arrived.shared();
+            conservation.landed.iter_mut().zip(&landed).for_each(|(all, now)| *all += now);
+            (gains, surplus) = conservation.shared(&arrived);
             let power = |e: usize| {
                 let irradiance = surplus.added(e as u32, brought[e] * gains.of(e as u32));
                 f64::from(irradiance.element_sum() * forest.area[e])

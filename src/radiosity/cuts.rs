@@ -65,14 +65,27 @@ impl Cuts {
         self.cuts.get(cut as usize).is_some_and(|cut| cut.between_cells)
     }
 
+    /// Which of the parts that `cut` makes holds `point`, and how that is divided; `None` where nothing is cut.
+    pub(super) fn part_at(&self, cut: u32, point: DVec3) -> Option<(usize, u32)> {
+        let cut = self.cuts.get(cut as usize)?;
+        let part = usize::from(cut.plane.distance(point) < 0.0);
+        Some((part, cut.below[part]))
+    }
+
+    /// The outline of a part that `cut` makes.
+    pub(super) fn outline(&self, cut: u32, is_back: bool, part: usize) -> Polygon {
+        let outline = self.cuts[cut as usize].parts[part];
+        if is_back { outline.flipped() } else { outline }
+    }
+
     /// An outline that is divided by `cut` becomes one of its parts, the first or the second; how that is divided.
     pub(super) fn keep_part(&self, outline: &mut Polygon, cut: u32, is_back: bool, part: usize) -> u32 {
-        let Some(cut) = self.cuts.get(cut as usize) else {
+        let Some(Cut { below, .. }) = self.cuts.get(cut as usize) else {
             outline.keep_half(part);
             return NO_CUT;
         };
-        *outline = if is_back { cut.parts[part].flipped() } else { cut.parts[part] };
-        cut.below[part]
+        *outline = self.outline(cut, is_back, part);
+        below[part]
     }
 
     /// An outline becomes that of its parts which holds `point`: which that is, and how it is divided. `normal` is the
@@ -85,10 +98,10 @@ impl Cuts {
         point: DVec3,
         normal: DVec3,
     ) -> (usize, u32) {
-        match self.cuts.get(cut as usize) {
-            Some(Cut { plane, .. }) => {
-                let part = usize::from(plane.distance(point) < 0.0);
-                (part, self.keep_part(outline, cut, is_back, part))
+        match self.part_at(cut, point) {
+            Some((part, below)) => {
+                *outline = self.outline(cut, is_back, part);
+                (part, below)
             }
             None => (outline.keep_half_at(point, normal), NO_CUT),
         }

@@ -69,12 +69,13 @@ pub(super) fn flight(hierarchy: &Hierarchy, forest: &Forest, light: &Light, trac
 }
 
 /// Follows the light one step to the leaf elements it ends on, with about `rays` rays or more; with none if all is dark.
+/// They are others each `time`.
 pub(super) fn landings(
     hierarchy: &Hierarchy,
     forest: &Forest,
     light: &Light,
     tracer: &dyn Tracer,
-    rays: u32,
+    (rays, time): (u32, u32),
     progress: &dyn Progress,
 ) -> Landings {
     progress.start("landings", 0);
@@ -88,7 +89,7 @@ pub(super) fn landings(
         leaf.map(|leaf| add(&on[leaf.id as usize])).is_none()
     };
     let wanted = rays.max(first.rays_wanted()).max(FEW);
-    let (rays, landed) = senders.followed(hierarchy, forest, tracer, wanted, progress, is_on_back);
+    let (rays, landed) = senders.followed(hierarchy, forest, tracer, (wanted, time), progress, is_on_back);
     progress.finish();
     Landings { flight: Flight::of(&landed, rays), on: on.into_iter().map(AtomicU32::into_inner).collect() }
 }
@@ -125,9 +126,9 @@ pub(super) fn rooms(hierarchy: &Hierarchy, forest: &Forest, light: &Light, trace
             least: LEAST_WALL * area(departure.facet).min(area(hit.facet)),
         }
     };
-    let (_, mut landings) = senders.followed(hierarchy, forest, tracer, FEW, &Silent, landed);
+    let (_, mut landings) = senders.followed(hierarchy, forest, tracer, (FEW, 1), &Silent, landed);
     if landings.len() < ENOUGH {
-        (_, landings) = senders.followed(hierarchy, forest, tracer, MOST, &Silent, landed);
+        (_, landings) = senders.followed(hierarchy, forest, tracer, (MOST, 1), &Silent, landed);
     }
     if landings.is_empty() {
         return Rooms { wall_area: 1.0, count: 1.0 };
@@ -179,17 +180,18 @@ impl Senders {
         let is_on_back = |_: &Departure, ray: &Ray, hit: &Hit| {
             forest.side_index(hierarchy.side_met(hit.facet, ray.direction)).is_none()
         };
-        let (rays, landed) = self.followed(hierarchy, forest, tracer, rays, &Silent, is_on_back);
+        let (rays, landed) = self.followed(hierarchy, forest, tracer, (rays, 1), &Silent, is_on_back);
         Flight::of(&landed, rays)
     }
 
-    /// What `landed` says of each of about `rays` rays that meets a surface, and how many rays there were in truth.
+    /// What `landed` says of each of about `rays` rays that meets a surface, and how many rays there were in truth. They
+    /// are others each `time`.
     fn followed<T: Send>(
         &self,
         hierarchy: &Hierarchy,
         forest: &Forest,
         tracer: &dyn Tracer,
-        rays: u32,
+        (rays, time): (u32, u32),
         progress: &dyn Progress,
         landed: impl Fn(&Departure, &Ray, &Hit) -> T + Sync,
     ) -> (u32, Vec<T>) {
@@ -199,7 +201,7 @@ impl Senders {
             let sender = upto.partition_point(|&upto| upto <= index);
             let own = index - sender.checked_sub(1).map_or(0, |before| upto[before]);
             // Rays of one sender are spread evenly; those of several, which would else repeat a pattern, are at random.
-            let [u, v, s, t] = PairSequence::new(hash_pair(sender as u64, 1)).point(own);
+            let [u, v, s, t] = PairSequence::new(hash_pair(sender as u64, u64::from(time))).point(own);
             let piece = way.to(self.leaves[sender]);
             let normal = piece.plane.normal;
             let (point, direction) = (piece.polygon.point_at(u, v), cosine_direction(normal, s, t));

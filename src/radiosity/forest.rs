@@ -345,15 +345,34 @@ impl Forest {
     /// The id of the element at a point of a piece: the first on the way down to its leaf that `is_enough` holds for,
     /// else the leaf.
     pub fn element_in(&self, piece: &Piece<'_>, point: DVec3, is_enough: impl Fn(u32) -> bool) -> u32 {
-        let (mut id, mut outline, mut cut) = (piece.id(), piece.polygon, piece.cut);
-        while let Some(&second) = self.second.get(id as usize).filter(|&&second| second != 0) {
-            if is_enough(id) {
-                break;
-            }
-            let (is_back, normal) = (piece.side.back, piece.plane.normal);
-            let (half, below) = self.cuts.keep_part_at(&mut outline, cut, is_back, point, normal);
-            cut = below;
-            id = [id + 1, second][half];
+        let seen = (piece.side.back, piece.plane.normal);
+        self.element_below((piece.id(), piece.cut), seen, || piece.polygon, point, is_enough)
+    }
+
+    /// Likewise for an element with this id that is divided by this cut. Its outline is asked for only if it is needed.
+    fn element_below(
+        &self,
+        (mut id, mut cut): (u32, u32),
+        (is_back, normal): (bool, DVec3),
+        outline: impl FnOnce() -> Polygon,
+        point: DVec3,
+        is_enough: impl Fn(u32) -> bool,
+    ) -> u32 {
+        let halves = |id: u32| {
+            let second = self.second.get(id as usize).copied().unwrap_or(0);
+            (second != 0 && !is_enough(id)).then_some([id + 1, second])
+        };
+        let mut last = None;
+        let mut outline = loop {
+            let Some(parts) = halves(id) else { return id };
+            let Some((part, below)) = self.cuts.part_at(cut, point) else {
+                break last.map_or_else(outline, |(cut, part)| self.cuts.outline(cut, is_back, part));
+            };
+            last = Some((cut, part));
+            (id, cut) = (parts[part], below);
+        };
+        while let Some(halves) = halves(id) {
+            id = halves[outline.keep_half_at(point, normal)];
         }
         id
     }
@@ -402,7 +421,13 @@ impl Forest {
     /// The leaf element at a point on a side; `None` for a side that takes no part.
     pub fn leaf_at(&self, hierarchy: &Hierarchy, side: Side, point: DVec3) -> Option<Leaf> {
         let index = self.side_index(side)?;
-        let id = self.element_in(&self.root(hierarchy, index), point, |_| false);
+        let first = (self.first_element[index], self.cuts.first(side.facet));
+        let outline = || {
+            let polygon = hierarchy.polygon(side.facet);
+            if side.back { polygon.flipped() } else { polygon }
+        };
+        let id =
+            self.element_below(first, (side.back, hierarchy.side_normal(side)), outline, point, |_| false);
         Some(Leaf { side: index, id })
     }
 

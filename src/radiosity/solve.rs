@@ -256,7 +256,7 @@ pub(super) fn iterate(
     let mut work = Vec::new();
     let mut refine_seconds = 0.0;
     let (mut iterations, mut error, mut factor) = (0, f64::MAX, conservation.factor);
-    let (mut settled, mut since_settled) = (false, 0);
+    let (mut settled, mut since_settled, mut looks) = (false, 0, 0);
     let (mut is_waiting, mut refinements) = (beginning.is_refined, 0);
     // A fraction that knows nothing of brightness does not change.
     let weighs_again = options.visibility.strategy != Strategy::Sampled;
@@ -268,24 +268,29 @@ pub(super) fn iterate(
     let mut before = Vec::new();
 
     while iterations < options.iterations.max(1)
-        && !(since_settled > WEIGHED_AGAIN[0] && approach.has_arrived())
+        && !(settled && (looks == LOOKED.len() || !weighs_again) && approach.has_arrived())
     {
         // How fast changes shrink is known after two of them.
         if let Some(is_refined) = is_waiting
-            && (iterations > 1 && approach.has_arrived() || iterations >= WAITED_AT_MOST)
+            && (approach.has_arrived() || iterations >= WAITED_AT_MOST)
         {
             is_waiting = None;
             settled = !is_refined(&forest, &links, &light);
             if settled {
+                // What rays find now changes the light.
+                approach.disturb();
                 wall_area = rooms(hierarchy, &forest, &light, tracer).wall_area;
                 thresholds =
                     final_thresholds(hierarchy, &forest, &light, wall_area, options).unwrap_or(thresholds);
             }
         }
-        let weighed = weighs_again && WEIGHED_AGAIN.contains(&since_settled);
-        let looked_for_strays = weighs_again && LOOKED_FOR_STRAYS.contains(&since_settled);
+        let is_time = |&(to_come, waited): &(f64, u32)| {
+            approach.is_within(to_come * emitted.element_sum()) || since_settled >= waited
+        };
+        let looks_now = weighs_again && settled && LOOKED.get(looks).is_some_and(is_time);
         let start = Instant::now();
-        if weighed {
+        if looks_now {
+            looks += 1;
             approach.disturb();
             progress.start("weigh", links.links.len() as u64);
             let refiner = Refiner {
@@ -301,12 +306,10 @@ pub(super) fn iterate(
             counters += counted;
             done.add_to(&mut work);
             progress.finish();
-        }
-        if looked_for_strays {
             let watched = Watched { hierarchy, forest: &forest, light: &light, links: &links, tracer };
             let rays = STRAY_RAYS * options.visibility.rays;
-            let before = surplus.as_gains(&gains, &forest, &light, |_| 1.0);
-            strays = watched.strays(wall_area, rays, &before, progress);
+            let known = surplus.as_gains(&gains, &forest, &light, |_| 1.0);
+            strays = watched.strays(wall_area, rays, &known, progress);
         }
         refine_seconds += start.elapsed().as_secs_f64();
         if !settled && is_waiting.is_none() {
@@ -353,13 +356,15 @@ pub(super) fn iterate(
             gains = Gains::none(forest.len());
             strays = gains.clone();
             surplus = Surplus::default();
-            let bounces = if is_final { Damping::MANY } else { Damping::FEW };
+            // Where rays will look, the light that stays is damped once more.
+            let stays = is_final && !(settled && weighs_again);
+            let bounces = if stays { Damping::MANY } else { Damping::FEW };
             damping = Damping::new(hierarchy, &forest, &links, (&openness, &gains), bounces, progress);
             refine_seconds += start.elapsed().as_secs_f64();
         }
         // The last light is that of the gains it has, and no other than links bring.
         let is_last = iterations + 1 >= options.iterations;
-        let is_shared = weighed && !is_last;
+        let is_shared = looks_now && !is_last;
         factor = conservation.factor;
         let receiving = Receiving {
             damping: &damping,
@@ -376,28 +381,28 @@ pub(super) fn iterate(
         let next = light.iterate(hierarchy, &forest, &links, &materials, receiving, dark);
         if settled {
             if is_shared {
-                let landed =
-                    &conservation.look(hierarchy, &forest, &light, tracer, links.links.len(), progress);
+                let over = (links.links.len(), looks as u32);
+                conservation.look(hierarchy, &forest, &light, tracer, over, progress);
                 let arrived = Arrived {
                     hierarchy,
                     forest: &forest,
                     light: &next,
+                    damping: &damping,
                     gains: &gains,
                     surplus: &surplus,
                     strays: &strays,
-                    landed,
                 };
-                (gains, surplus) = arrived.shared();
+                (gains, surplus) = conservation.shared(&arrived);
                 // What links bring has changed, and with it what could grow.
                 damping =
                     Damping::new(hierarchy, &forest, &links, (&openness, &gains), Damping::MANY, progress);
             } else if conservation.is_blind() {
-                conservation.look(hierarchy, &forest, &light, tracer, 0, &Silent);
+                conservation.learn(flight(hierarchy, &forest, &light, tracer));
             }
             conservation.follow(&forest, &light, &next);
         }
         error = changed_power(&materials, &light, &next);
-        approach.step(error, light.sent(&forest), settled || is_waiting.is_some(), progress);
+        approach.step(error, light.sent(&forest), progress);
         if is_shared {
             approach.disturb();
         }
@@ -526,11 +531,9 @@ fn lit_irradiance(light: &Light, forest: &Forest) -> Option<f64> {
     (power > 0.0).then(|| (logarithms / power).exp())
 }
 
-/// Links of clusters are weighed again after these iterations that follow the refinement.
-const WEIGHED_AGAIN: [u32; 4] = [1, 4, 16, 64];
-
-/// Stray light is looked for at some of these, the first among them.
-const LOOKED_FOR_STRAYS: [u32; 2] = [1, 4];
+/// When refinement has settled, links of clusters are weighed again and rays look where light lands, each time that no
+/// more than this share of the emitted power is still to come, or after so many iterations.
+const LOOKED: [(f64, u32); 2] = [(0.1, 32), (0.005, 128)];
 
 /// Rays for a group of surfaces in which stray light is looked for, over those of a pair.
 const STRAY_RAYS: u32 = 16;

@@ -56,9 +56,9 @@ pub(super) struct Damping(Vec<f32>);
 
 impl Damping {
     /// λ.
-    const MOST: f32 = 0.99;
+    pub(super) const MOST: f32 = 0.99;
 
-    /// Bounces while links are still refined: enough to keep light from growing.
+    /// Bounces until rays have looked where light lands: enough to keep it from growing.
     pub(super) const FEW: u32 = 2;
 
     /// Bounces for the light that stays: with more of them fewer elements take less than reaches them.

@@ -202,3 +202,18 @@ fn the_same_for_any_number_of_threads() {
     assert_eq!(one.solution.light.exitance, three.solution.light.exitance);
     assert_eq!((one.untested, one.coarse), (three.untested, three.coarse));
 }
+
+#[test]
+fn no_light_is_lost_or_made_where_visibility_is_sampled() {
+    let case = Case::load("cornell-box");
+    let options = rough(Strategy::Sampled);
+    // Other surfaces lit, so that links lose or make another share of the light.
+    let other = changed(&case.scene, |scene| {
+        set(scene, "light", None, Some([0.0; 3]));
+        set(scene, "green", None, Some([2.0; 3]));
+    });
+    let solved = case.solve(&case.fallback(), &options);
+    let relit = relit(&other, solved, &options, Reuse::Links).solution;
+    let lost = relit.energy.lost().abs() / relit.energy.emitted;
+    assert!(lost < 5e-3, "{lost}");
+}
