@@ -191,6 +191,12 @@ impl Hierarchy {
         Side { facet, back: normal.dot(direction.as_dvec3()) > 0.0 }
     }
 
+    /// Outline of a side, counter-clockwise from where it is lit.
+    pub fn side_polygon(&self, side: Side) -> Polygon {
+        let polygon = self.polygon(side.facet);
+        if side.back { polygon.flipped() } else { polygon }
+    }
+
     /// Unit normal of a side, away from its surface.
     pub fn side_normal(&self, side: Side) -> DVec3 {
         let normal = self.facets[side.facet as usize].plane.normal;

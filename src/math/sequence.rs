@@ -147,6 +147,12 @@ pub fn cosine_direction(normal: DVec3, s: f64, t: f64) -> Vec3 {
     (x * (radius * cos) + y * (radius * sin) + normal * (1.0 - t).sqrt()).as_vec3()
 }
 
+/// The fraction of a multiple of the golden ratio: those of successive multiples are spread evenly over [0, 1), whatever
+/// their number.
+pub fn golden_fraction(multiple: usize) -> f64 {
+    (multiple as f64 * 0.618_033_988_749_895).fract()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -115,12 +115,12 @@ impl Conservation {
         self.flight.is_none()
     }
 
-    /// Corrects the factor by what came of the light `before` an iteration `after` it.
-    pub(super) fn follow(&mut self, forest: &Forest, before: &Light, after: &Light) {
+    /// Corrects the factor by what came of the power that surfaces `sent` out before an iteration, `after` it.
+    pub(super) fn follow(&mut self, forest: &Forest, sent: f64, after: &Light) {
         let Some(flight) = self.flight else { return };
         let landing = (1.0 - flight.escaped - flight.on_backs).max(0.0);
         let over_links = after.received(forest) / f64::from(self.factor);
-        let off = landing * before.sent(forest) / over_links - 1.0;
+        let off = landing * sent / over_links - 1.0;
         let noise = NOISE * NOISE * (1.0 - landing) / (landing * f64::from(flight.rays));
         let share = off * off / (off * off + noise);
         // Nothing is off, or nothing is on its way.

@@ -115,18 +115,18 @@ impl Cuts {
         is_back: bool,
         normal: DVec3,
     ) -> ([(Polygon, u32); 2], impl Fn(DVec3) -> usize) {
-        let cut = self.cuts.get(cut as usize);
-        let (line, parts) = match cut {
+        let of_cut = self.cuts.get(cut as usize);
+        let (line, parts) = match of_cut {
             None => {
                 let (line, halves) = outline.cut_and_halves();
                 (line, halves.map(|half| (half, NO_CUT)))
             }
-            Some(Cut { parts, below, .. }) => {
-                let part = |part: usize| if is_back { parts[part].flipped() } else { parts[part] };
-                ((DVec3::ZERO, DVec3::ZERO), [(part(0), below[0]), (part(1), below[1])])
+            Some(Cut { below, .. }) => {
+                let parts = [0, 1].map(|part| (self.outline(cut, is_back, part), below[part]));
+                ((DVec3::ZERO, DVec3::ZERO), parts)
             }
         };
-        let plane = cut.map(|cut| cut.plane);
+        let plane = of_cut.map(|cut| cut.plane);
         (parts, move |point| match plane {
             Some(plane) => usize::from(plane.distance(point) < 0.0),
             None => half_at(line, point, normal),

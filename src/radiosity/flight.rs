@@ -4,7 +4,7 @@
 use super::forest::{Forest, Way};
 use super::transport::Light;
 use crate::hierarchy::Hierarchy;
-use crate::math::{PairSequence, cosine_direction, hash_pair};
+use crate::math::{PairSequence, cosine_direction, golden_fraction, hash_pair};
 use crate::progress::{Progress, Silent, Work};
 use crate::tracer::{Departure, Hit, PACKET, Ray, Tracer, departing_hits};
 use glam::Vec3;
@@ -26,9 +26,6 @@ const LEAST_WALL: f64 = 0.04;
 
 /// Cells as wide as a wall that the light of one room falls in, at most about.
 const CELLS: f64 = 20.0;
-
-/// The fraction of the golden ratio: its multiples are spread evenly, whatever their number.
-const GOLDEN: f64 = 0.618_033_988_749_895;
 
 /// Where light goes after it leaves a surface.
 #[derive(Clone, Copy, Debug)]
@@ -169,8 +166,7 @@ impl Senders {
         let per_power = f64::from(rays) / self.total;
         let mut sum = 0;
         let add = |(index, power): (usize, &f64)| {
-            let threshold = (index as f64 * GOLDEN).fract();
-            sum += (power * per_power + threshold) as u32;
+            sum += (power * per_power + golden_fraction(index)) as u32;
             sum
         };
         self.power.iter().enumerate().map(add).collect()

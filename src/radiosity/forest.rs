@@ -296,9 +296,9 @@ impl Forest {
     /// The undivided element of a side.
     pub fn root(&self, hierarchy: &Hierarchy, index: usize) -> Piece<'_> {
         let side = self.side(index);
-        let (polygon, plane) = (hierarchy.polygon(side.facet), hierarchy.facets[side.facet as usize].plane);
-        let (polygon, plane) =
-            if side.back { (polygon.flipped(), plane.flipped()) } else { (polygon, plane) };
+        let polygon = hierarchy.side_polygon(side);
+        let plane = hierarchy.facets[side.facet as usize].plane;
+        let plane = if side.back { plane.flipped() } else { plane };
         let cut = self.cuts.first(side.facet);
         let tree = &self.trees[index];
         Piece { tree, polygon, plane, side, key: hash_pair(index as u64, 0), cut, cell: tree.id() }
@@ -422,12 +422,8 @@ impl Forest {
     pub fn leaf_at(&self, hierarchy: &Hierarchy, side: Side, point: DVec3) -> Option<Leaf> {
         let index = self.side_index(side)?;
         let first = (self.first_element[index], self.cuts.first(side.facet));
-        let outline = || {
-            let polygon = hierarchy.polygon(side.facet);
-            if side.back { polygon.flipped() } else { polygon }
-        };
-        let id =
-            self.element_below(first, (side.back, hierarchy.side_normal(side)), outline, point, |_| false);
+        let seen = (side.back, hierarchy.side_normal(side));
+        let id = self.element_below(first, seen, || hierarchy.side_polygon(side), point, |_| false);
         Some(Leaf { side: index, id })
     }
 

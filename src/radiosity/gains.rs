@@ -37,6 +37,12 @@ impl Gains {
 pub(super) struct Surplus(Vec<f32>);
 
 impl Surplus {
+    /// No element receives more.
+    pub(super) fn none() -> &'static Surplus {
+        static NONE: Surplus = Surplus(Vec::new());
+        &NONE
+    }
+
     /// Irradiance of each element, summed over channels.
     pub(super) fn of_elements(amounts: Vec<f32>) -> Surplus {
         Surplus(amounts)

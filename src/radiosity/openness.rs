@@ -9,7 +9,7 @@ use super::forest::{Forest, Piece, Way};
 use super::links::{Link, LinkClass, LinkSet};
 use super::transport::{Light, direction};
 use crate::hierarchy::Hierarchy;
-use crate::math::{CosineLobes, PairSequence, axial_parts, cosine_direction};
+use crate::math::{CosineLobes, PairSequence, axial_parts, cosine_direction, golden_fraction};
 use crate::progress::{Progress, Work};
 use crate::tracer::{Departure, PACKET, Ray, Tracer, departing_hits};
 use glam::Vec3;
@@ -478,7 +478,7 @@ fn add_kept(
 fn direction_of(index: usize) -> [f64; 2] {
     let (pair, is_second) = (index / 2, index % 2 == 1);
     let pairs = (RAYS / 2) as f64;
-    let turn = 0.5 * (pair as f64 * 0.618_033_988_749_895).fract();
+    let turn = 0.5 * golden_fraction(pair);
     let upto = |ring: usize| (1.0 - ring as f64 / pairs).powf(1.5);
     let cosine = (upto(pair) - upto(pair + 1)) * pairs / 1.5;
     [turn + if is_second { 0.5 } else { 0.0 }, 1.0 - cosine * cosine]

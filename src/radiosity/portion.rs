@@ -2,11 +2,10 @@
 //! look at those that matter most.
 
 use super::flight::rooms;
-use super::gains::{Gains, Surplus};
+use super::gains::Gains;
 use super::solve::Solution;
-use super::transport::{Damping, Further, Light, Materials, Receiving};
+use super::transport::{Damping, Light, Materials, Receiving};
 use crate::hierarchy::Hierarchy;
-use crate::progress::Silent;
 use crate::tracer::Tracer;
 use glam::Vec3;
 use rayon::prelude::*;
@@ -20,15 +19,7 @@ impl Solution {
     pub fn irradiance_without(&self, hierarchy: &Hierarchy, is_left_out: &[bool]) -> Vec<Vec3> {
         let forest = &self.forest;
         let (damping, gains) = (Damping::none(forest.len()), Gains::none(forest.len()));
-        let receiving = Receiving {
-            damping: &damping,
-            openness: &self.openness,
-            gains: &gains,
-            surplus: &Surplus::default(),
-            factor: 1.0,
-            further: Further::NONE,
-            progress: &Silent,
-        };
+        let receiving = Receiving::of_links(&damping, &self.openness, &gains);
         let materials = Materials { hierarchy, forest };
         let received = |light: &Light| {
             let dark = Light::dark(forest.len());

@@ -11,7 +11,7 @@ use super::refine::{RefineCounters, Refiner, Thresholds};
 use super::strays::Watched;
 use super::transport::{Damping, Further, Light, Materials, Receiving, Surface};
 use crate::hierarchy::Hierarchy;
-use crate::progress::{Progress, Silent};
+use crate::progress::Progress;
 use crate::tracer::Tracer;
 use crate::visibility::{Strategy, Tester, VisibilityOptions};
 use glam::{DVec3, Vec3};
@@ -141,15 +141,7 @@ impl Solution {
         let materials = Materials { hierarchy, forest: &self.forest };
         let damping = Damping::none(self.forest.len());
         let (openness, gains, factor) = (&self.openness, &self.gains, self.factor);
-        let receiving = Receiving {
-            damping: &damping,
-            openness,
-            gains,
-            surplus: &Surplus::default(),
-            factor,
-            further: Further::NONE,
-            progress: &Silent,
-        };
+        let receiving = Receiving { factor, ..Receiving::of_links(&damping, openness, gains) };
         let dark = Light::dark(self.forest.len());
         self.light.iterate(hierarchy, &self.forest, &self.links, &materials, receiving, dark)
     }
@@ -379,6 +371,7 @@ pub(super) fn iterate(
         approach.show(progress);
         let dark = Light::dark(forest.len());
         let next = light.iterate(hierarchy, &forest, &links, &materials, receiving, dark);
+        let sent = light.sent(&forest);
         if settled {
             if is_shared {
                 let over = (links.links.len(), looks as u32);
@@ -399,10 +392,10 @@ pub(super) fn iterate(
             } else if conservation.is_blind() {
                 conservation.learn(flight(hierarchy, &forest, &light, tracer));
             }
-            conservation.follow(&forest, &light, &next);
+            conservation.follow(&forest, sent, &next);
         }
         error = changed_power(&materials, &light, &next);
-        approach.step(error, light.sent(&forest), progress);
+        approach.step(error, sent, progress);
         if is_shared {
             approach.disturb();
         }

@@ -85,15 +85,7 @@ impl Damping {
     ) -> Damping {
         progress.start("damping", 0);
         let damping = Damping::none(forest.len());
-        let receiving = Receiving {
-            damping: &damping,
-            openness,
-            gains,
-            surplus: &Surplus::default(),
-            factor: 1.0,
-            further: Further::NONE,
-            progress,
-        };
+        let receiving = Receiving { progress, ..Receiving::of_links(&damping, openness, gains) };
         let glowing = Glowing(Materials { hierarchy, forest });
         let bounced = |light: &Light| {
             let dark = Light::dark_to_links(forest.len());
@@ -141,6 +133,14 @@ pub(super) struct Receiving<'a> {
     pub(super) further: Further<'a>,
     /// Told who works when.
     pub(super) progress: &'a dyn Progress,
+}
+
+impl<'a> Receiving<'a> {
+    /// What links bring, as damping and gains have it, and nothing besides; nobody is told.
+    pub(super) fn of_links(damping: &'a Damping, openness: &'a Openness, gains: &'a Gains) -> Receiving<'a> {
+        let (surplus, further, progress) = (Surplus::none(), Further::NONE, &Silent);
+        Receiving { damping, openness, gains, surplus, factor: 1.0, further, progress }
+    }
 }
 
 /// How much further what surfaces send out goes than it would by itself.
@@ -211,15 +211,7 @@ impl Light {
         let dark = vec![Arriving::default(); hierarchy.cluster_count()];
         let (damping, gains) = (Damping::none(forest.len()), Gains::none(forest.len()));
         let openness = Openness::unknown();
-        let receiving = Receiving {
-            damping: &damping,
-            openness: &openness,
-            gains: &gains,
-            surplus: &Surplus::default(),
-            factor: 1.0,
-            further: Further::NONE,
-            progress: &Silent,
-        };
+        let receiving = Receiving::of_links(&damping, &openness, &gains);
         light.push_pull(hierarchy, forest, surface, receiving, &dark);
         light
     }
