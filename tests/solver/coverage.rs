@@ -18,7 +18,7 @@ fn coarse(strategy: Strategy) -> SolveOptions {
         contrast: 0.1,
         min_size: None,
         resolution: 32.0,
-        iterations: 50,
+        iterations: 12,
         visibility: VisibilityOptions { strategy, rays: 16, certify: false },
         record: Record::Nothing,
     }

@@ -7,7 +7,7 @@ use lightshaft::visibility::Strategy;
 
 use crate::embree_or_skip::embree;
 use crate::faulty_tracers::{Blind, without};
-use crate::solving::{Case, rough};
+use crate::solving::{Case, links_only, rough};
 
 #[test]
 fn one_facet_is_taken_out_of_the_candidates() {
@@ -27,7 +27,7 @@ fn anomalies_of_wrong_culls(case: &Case, tracer: &dyn Tracer, strategy: Strategy
     let counts: Vec<u64> = facets
         .map(|facet| {
             let miscull = Blind { tracer, facet, only_in_lists: true };
-            case.solve(&miscull, &rough(strategy)).counters.visibility.culling_anomalies
+            case.solve(&miscull, &links_only(rough(strategy))).counters.visibility.culling_anomalies
         })
         .collect();
     (counts.iter().sum(), counts.iter().filter(|&&count| count > 0).count())
@@ -35,7 +35,7 @@ fn anomalies_of_wrong_culls(case: &Case, tracer: &dyn Tracer, strategy: Strategy
 
 fn check_that_a_wrong_cull_is_counted(case: &Case, tracer: &dyn Tracer) {
     for strategy in [Strategy::Shaft, Strategy::Adaptive] {
-        let right = case.solve(tracer, &rough(strategy)).counters.visibility;
+        let right = case.solve(tracer, &links_only(rough(strategy))).counters.visibility;
         let (anomalies, noticed) = anomalies_of_wrong_culls(case, tracer, strategy);
         println!(
             "{} with {}: {} anomalies and {} border hits; {noticed} of {} missing facets are noticed by {anomalies}",

@@ -87,6 +87,11 @@ pub(crate) fn options(strategy: Strategy) -> SolveOptions {
     }
 }
 
+/// The same, ended when links have been refined and light has begun to settle: for what is asked of links.
+pub(crate) fn links_only(options: SolveOptions) -> SolveOptions {
+    SolveOptions { iterations: 12, ..options }
+}
+
 /// The settings of the quality `normal`.
 pub(crate) fn normal() -> SolveOptions {
     SolveOptions { epsilon: 5e-5, contrast: 0.1, resolution: 128.0, ..options(Strategy::Adaptive) }

@@ -5,7 +5,7 @@ use crate::embree_or_skip::embree;
 use crate::faulty_tracers::Blind;
 use crate::second_opinion::SecondOpinion;
 use crate::segments::most_frequent_blocker;
-use crate::solving::{Case, OWN_SCENES, STRATEGIES, options, rough};
+use crate::solving::{Case, OWN_SCENES, STRATEGIES, links_only, options, rough};
 use lightshaft::compare::{LinkDifferences, NamedLinks};
 use lightshaft::radiosity::{Solution, SolveOptions};
 use lightshaft::tracer::Tracer;
@@ -18,7 +18,8 @@ const BY_ROUNDING: f64 = 1e-3;
 /// Options for a strategy.
 type Settings = fn(Strategy) -> SolveOptions;
 
-const SETTINGS: [(&str, Settings); 2] = [("rough", rough), ("finer", options)];
+const SETTINGS: [(&str, Settings); 2] =
+    [("rough", |strategy| links_only(rough(strategy))), ("finer", |strategy| links_only(options(strategy)))];
 
 fn solved(case: &Case, tracer: &dyn Tracer, options: &SolveOptions) -> Solution {
     let solution = case.solve(tracer, options);
