@@ -1,6 +1,6 @@
-//! Where other surfaces stand on a large facet: a wall on a floor that runs on behind it. Light differs
-//! on both sides of such a line however finely the facet is divided elsewhere. \[LTG93\] call it a
-//! discontinuity of degree 0.
+//! Where other surfaces stand on a large facet, as a wall on a floor that runs on behind it, or where those end that lie
+//! close over it, as a picture that hangs on a wall. Light differs on both sides of such a line however finely the facet is
+//! divided elsewhere. \[LTG93\] call it a discontinuity of degree 0.
 
 use super::{Hierarchy, NodeKind, TOLERANCE};
 use crate::math::{Plane, Polygon};
@@ -16,6 +16,10 @@ const SHORTEST: f64 = 0.02;
 
 /// Surfaces that lean less than this towards the facet (sine of the angle) lie on it, not stand.
 const LEANING: f64 = 0.1;
+
+/// What lies on a facet covers it if the gap between them is no wider than this share of its own width, and of how far
+/// the facet extends: hardly any light gets far into it.
+const GAP: f64 = 1.0 / 32.0;
 
 /// A line on a facet, local coordinates.
 pub type Contact = [DVec3; 2];
@@ -62,21 +66,25 @@ fn on_facet(hierarchy: &Hierarchy, facet: u32) -> Vec<Contact> {
     }
     let plane = hierarchy.facets[facet as usize].plane;
     let bounds = polygon.bounds();
+    let widest = (GAP * polygon.extent()).max(TOLERANCE);
     let mut stack = vec![0u32];
     while let Some(index) = stack.pop() {
         let node = &hierarchy.nodes[index as usize];
-        if 2.0 * node.bounds.radius() < SHORTEST || !node.touches(bounds, &plane) {
+        if 2.0 * node.bounds.radius() < SHORTEST || !node.is_near(bounds, &plane, widest) {
             continue;
         }
         match node.kind(index) {
             NodeKind::Cluster(children) => stack.extend(children.iter().rev()),
             NodeKind::Leaf(other) if other != facet => {
                 let leaning = hierarchy.facets[other as usize].plane.normal.cross(plane.normal).length();
-                if leaning > LEANING {
-                    let met = meeting_line(&hierarchy.polygon(other), &plane);
-                    contacts
-                        .extend(met.and_then(|line| within(line, &polygon, &plane)).map(|(line, _)| line));
-                }
+                let other = hierarchy.polygon(other);
+                let lines = if leaning > LEANING {
+                    Vec::from_iter(meeting_line(&other, &plane))
+                } else {
+                    outline_over(&other, &plane, widest)
+                };
+                let inside = lines.into_iter().filter_map(|line| within(line, &polygon, &plane));
+                contacts.extend(inside.map(|(line, _)| line));
             }
             NodeKind::Leaf(_) => {}
         }
@@ -109,6 +117,17 @@ fn meeting_line(polygon: &Polygon, plane: &Plane) -> Option<Contact> {
         }
     }
     ends
+}
+
+/// The outline of a polygon that covers what is below it in a plane, or above, with a gap no wider than `widest`; nothing of
+/// one that touches the plane, or is further away.
+fn outline_over(polygon: &Polygon, plane: &Plane, widest: f64) -> Vec<Contact> {
+    let heights = polygon.vertices().iter().map(|&v| plane.distance(v));
+    let (low, high) = heights.fold((f64::MAX, f64::MIN), |(low, high), h| (low.min(h), high.max(h)));
+    let gap = widest.min(GAP * polygon.area() / polygon.extent());
+    let covers = low > TOLERANCE && high <= gap || high < -TOLERANCE && low >= -gap;
+    let onto = |point: DVec3| point - plane.normal * plane.distance(point);
+    if covers { polygon.edges().map(|(a, b)| [onto(a), onto(b)]).collect() } else { Vec::new() }
 }
 
 /// The part of a contact inside a polygon and off its border, with the length of the line across the polygon
@@ -161,6 +180,29 @@ mod tests {
         for low in [0.0, -0.5] {
             let [a, b] = contact(&wall(0.25, low, 3.0)).expect("a contact");
             assert!((a.distance(b) - 2.0).abs() < 1e-4 && (a.x - 0.25).abs() < 1e-9, "{a} {b}");
+        }
+    }
+
+    #[test]
+    fn what_lies_close_over_the_floor_has_its_outline_on_it() {
+        let (polygon, plane) = floor();
+        let lines = |size: f64, height: f64| {
+            let corners = [(-size, -size), (size, -size), (size, size), (-size, size)];
+            let rug = Polygon::new(&corners.map(|(x, y)| DVec3::new(x, y, height)));
+            let outline = outline_over(&rug, &plane, GAP * polygon.extent()).into_iter();
+            outline
+                .filter_map(|line| within(line, &polygon, &plane))
+                .map(|(line, _)| line)
+                .collect::<Vec<_>>()
+        };
+        for height in [0.01, -0.01] {
+            let outline = lines(0.5, height);
+            assert_eq!(outline.len(), 4);
+            assert!(outline.iter().flatten().all(|p| p.z == 0.0 && p.x.abs() == 0.5 && p.y.abs() == 0.5));
+        }
+        // It lies on the floor, is too high for its width, or ends where the floor does.
+        for (size, height) in [(0.5, 0.0), (0.5, 0.1), (0.1, 0.01), (1.0, 0.01)] {
+            assert!(lines(size, height).is_empty(), "{size} {height}");
         }
     }
 

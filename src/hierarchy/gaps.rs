@@ -45,7 +45,7 @@ impl Hierarchy {
                 break;
             }
             let node = &self.nodes[index as usize];
-            if node.bounds.radius() < least_radius || !node.touches(bounds, plane) {
+            if node.bounds.radius() < least_radius || !node.is_near(bounds, plane, TOLERANCE) {
                 continue;
             }
             match node.kind(index) {

@@ -95,7 +95,7 @@ impl Surfaces<'_> {
         let mut stack = vec![0u32];
         while let Some(index) = stack.pop() {
             let node = &nodes[index as usize];
-            if !node.touches(bounds, plane) {
+            if !node.is_near(bounds, plane, TOLERANCE) {
                 continue;
             }
             match node.kind(index) {

@@ -1,6 +1,5 @@
 //! The tree above the facets, in depth-first order.
 
-use super::TOLERANCE;
 use super::cells::Enclosure;
 use super::rooms::Rooms;
 use super::surfaces::Surfaces;
@@ -55,10 +54,10 @@ impl Node {
         if self.is_leaf() { NodeKind::Leaf(self.first) } else { NodeKind::Cluster([index + 1, self.second]) }
     }
 
-    /// Whether its box touches both other bounds and a plane.
-    pub fn touches(&self, bounds: Aabb, plane: &Plane) -> bool {
+    /// Whether its box is no further than `distance`, local length, from both other bounds and a plane.
+    pub fn is_near(&self, bounds: Aabb, plane: &Plane, distance: f64) -> bool {
         let (low, high) = plane.distance_range(&self.bounds);
-        self.bounds.overlaps(bounds, TOLERANCE as f32) && low <= TOLERANCE && high >= -TOLERANCE
+        self.bounds.overlaps(bounds, distance as f32) && low <= distance && high >= -distance
     }
 }
 
