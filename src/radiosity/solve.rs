@@ -235,7 +235,6 @@ pub(super) fn iterate(
     let materials = Materials { hierarchy, forest: &forest };
     let mut light = Light::emitted(hierarchy, &forest, &materials, Light::dark(forest.len()));
     let (mut gains, mut surplus) = (Gains::none(forest.len()), Surplus::default());
-    let mut strays = gains.clone();
     let mut damping = match beginning.is_refined {
         None => Damping::none(forest.len()),
         Some(_) => Damping::new(hierarchy, &forest, &links, (&openness, &gains), Damping::MANY, progress),
@@ -280,6 +279,9 @@ pub(super) fn iterate(
             approach.is_within(to_come * emitted.element_sum()) || since_settled >= waited
         };
         let looks_now = weighs_again && settled && LOOKED.get(looks).is_some_and(is_time);
+        // The last light is that of the gains it has, and no other than links bring.
+        let is_last = iterations + 1 >= options.iterations;
+        let mut strays = None;
         let start = Instant::now();
         if looks_now {
             looks += 1;
@@ -298,10 +300,12 @@ pub(super) fn iterate(
             counters += counted;
             done.add_to(&mut work);
             progress.finish();
-            let watched = Watched { hierarchy, forest: &forest, light: &light, links: &links, tracer };
-            let rays = STRAY_RAYS * options.visibility.rays;
-            let known = surplus.as_gains(&gains, &forest, &light, |_| 1.0);
-            strays = watched.strays(wall_area, rays, &known, progress);
+            if !is_last {
+                let watched = Watched { hierarchy, forest: &forest, light: &light, links: &links, tracer };
+                let rays = STRAY_RAYS * options.visibility.rays;
+                let known = surplus.as_gains(&gains, &forest, &light, |_| 1.0);
+                strays = Some(watched.strays(wall_area, rays, &known, progress));
+            }
         }
         refine_seconds += start.elapsed().as_secs_f64();
         if !settled && is_waiting.is_none() {
@@ -338,7 +342,7 @@ pub(super) fn iterate(
             let added = after.abs_diff(links_before) as f64;
             settled = refinements > SCHEDULE.len() && added <= SETTLED * after as f64
                 || refinements >= REFINED_AT_MOST;
-            let is_final = settled || iterations + 1 == options.iterations.max(1);
+            let is_final = settled || is_last;
             blocked = refined.blocked;
             if is_final {
                 counters.invisible += blocked.len() as u64;
@@ -346,7 +350,6 @@ pub(super) fn iterate(
             }
             links = LinkSet::new(refined.links, hierarchy.nodes.len() + forest.len());
             gains = Gains::none(forest.len());
-            strays = gains.clone();
             surplus = Surplus::default();
             // Where rays will look, the light that stays is damped once more.
             let stays = is_final && !(settled && weighs_again);
@@ -354,17 +357,20 @@ pub(super) fn iterate(
             damping = Damping::new(hierarchy, &forest, &links, (&openness, &gains), bounces, progress);
             refine_seconds += start.elapsed().as_secs_f64();
         }
-        // The last light is that of the gains it has, and no other than links bring.
-        let is_last = iterations + 1 >= options.iterations;
-        let is_shared = looks_now && !is_last;
         factor = conservation.factor;
+        let ahead = if is_last { 0.0 } else { approach.ahead() };
+        if ahead == 0.0 {
+            before = Vec::new();
+        }
+        // Two lights of all elements are the most that there is at one time: of the old one only what links need.
+        light = light.into_sent();
         let receiving = Receiving {
             damping: &damping,
             openness: &openness,
             gains: &gains,
             surplus: &surplus,
             factor,
-            further: Further { than: &before, by: if is_last { 0.0 } else { approach.ahead() } },
+            further: Further { than: &before, by: ahead },
             progress,
         };
         let materials = Materials { hierarchy, forest: &forest };
@@ -373,7 +379,7 @@ pub(super) fn iterate(
         let next = light.iterate(hierarchy, &forest, &links, &materials, receiving, dark);
         let sent = light.sent(&forest);
         if settled {
-            if is_shared {
+            if let Some(strays) = &strays {
                 let over = (links.links.len(), looks as u32);
                 conservation.look(hierarchy, &forest, &light, tracer, over, progress);
                 let arrived = Arrived {
@@ -383,12 +389,9 @@ pub(super) fn iterate(
                     damping: &damping,
                     gains: &gains,
                     surplus: &surplus,
-                    strays: &strays,
+                    strays,
                 };
                 (gains, surplus) = conservation.shared(&arrived);
-                // What links bring has changed, and with it what could grow.
-                damping =
-                    Damping::new(hierarchy, &forest, &links, (&openness, &gains), Damping::MANY, progress);
             } else if conservation.is_blind() {
                 conservation.learn(flight(hierarchy, &forest, &light, tracer));
             }
@@ -396,10 +399,13 @@ pub(super) fn iterate(
         }
         error = changed_power(&materials, &light, &next);
         approach.step(error, sent, progress);
-        if is_shared {
-            approach.disturb();
-        }
         before = std::mem::replace(&mut light, next).exitance;
+        if strays.is_some() {
+            // What links bring has changed, and with it what could grow.
+            approach.disturb();
+            before = Vec::new();
+            damping = Damping::new(hierarchy, &forest, &links, (&openness, &gains), Damping::MANY, progress);
+        }
         iterations += 1;
         since_settled += u32::from(settled);
         if !settled && is_waiting.is_none() {

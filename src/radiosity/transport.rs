@@ -260,6 +260,12 @@ impl Light {
         only
     }
 
+    /// What links need of the light, and nothing else.
+    pub(super) fn into_sent(self) -> Light {
+        let Light { exitance, brightest, intensity, .. } = self;
+        Light { exitance, brightest, intensity, ..Light::default() }
+    }
+
     /// What links need of the light, in a new numbering; elements new in it take their parent's.
     pub(super) fn renumbered(self, forest: &Forest, new_from_old: &[u32]) -> Light {
         fn moved<T: Copy>(before: Vec<T>, new_from_old: &[u32], unknown: T, count: usize) -> Vec<T> {
@@ -269,7 +275,7 @@ impl Light {
             }
             moved
         }
-        let Light { exitance, brightest, intensity, .. } = self;
+        let Light { exitance, brightest, intensity, .. } = self.into_sent();
         let mut exitance = moved(exitance, new_from_old, Vec3::NAN, forest.len());
         let mut brightest = moved(brightest, new_from_old, 0.0, forest.len());
         for e in 0..exitance.len() {
