@@ -17,8 +17,8 @@ const GAUSS: [(f64, f64); 4] = [
 /// Equal parts that an edge near the other polygon is cut into.
 const PARTS: usize = 4;
 
-/// An edge whose middle is further away than so many of its lengths is taken in one part: where the integrand has its
-/// poles, 8 points are right to ten digits.
+/// An edge whose middle is further away than so many of its lengths is taken in one part: no singularity of the integrand is
+/// nearer than three halves of the edge, and 8 points are right to ten digits.
 const FAR: f64 = 1.5;
 
 /// A polygon that lies in a plane; the front is the lit side.

@@ -197,10 +197,8 @@ impl<'a> Reconstruction<'a> {
     ) -> Vec3 {
         let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
         for other in near {
-            if other.facet == piece.side.facet && self.is_parted(piece, other) {
-                continue;
-            }
-            if other.meets(corner) {
+            let is_parted = || other.facet == piece.side.facet && self.is_parted(piece, other);
+            if other.meets(corner) && !is_parted() {
                 sum += other.irradiance * other.weight;
                 weights += other.weight;
             }
@@ -208,14 +206,13 @@ impl<'a> Reconstruction<'a> {
         if weights > 0.0 { sum / weights } else { self.irradiance[piece.id() as usize] }
     }
 
-    /// Whether something stands on the facet between two of its elements.
+    /// Whether something stands on the facet between two of its elements, or covers one of them.
     fn is_parted(&self, piece: &Piece<'_>, other: &Neighbour) -> bool {
         let (from, to, normal) = (piece.polygon.center(), other.center, piece.plane.normal);
         let side = |a: DVec3, b: DVec3, point: DVec3| (b - a).cross(point - a).dot(normal) > 0.0;
         self.hierarchy
             .contacts
-            .on(piece.side.facet)
-            .iter()
+            .on_side(piece.side)
             .any(|&[a, b]| side(a, b, from) != side(a, b, to) && side(from, to, a) != side(from, to, b))
     }
 }

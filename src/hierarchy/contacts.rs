@@ -2,11 +2,12 @@
 //! close over it, as a picture that hangs on a wall. Light differs on both sides of such a line however finely the facet is
 //! divided elsewhere. \[LTG93\] call it a discontinuity of degree 0.
 
-use super::{Hierarchy, NodeKind, TOLERANCE};
+use super::{Hierarchy, NodeKind, Side, TOLERANCE};
 use crate::math::{Plane, Polygon};
 use crate::progress::Progress;
 use glam::DVec3;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Facets smaller than this have no contacts, local extent.
 const SMALLEST: f64 = 0.02;
@@ -17,8 +18,8 @@ const SHORTEST: f64 = 0.02;
 /// Surfaces that lean less than this towards the facet (sine of the angle) lie on it, not stand.
 const LEANING: f64 = 0.1;
 
-/// What lies on a facet covers it if the gap between them is no wider than this share of its own width, and of how far
-/// the facet extends: hardly any light gets far into it.
+/// What lies over a facet covers it if the gap between them is no wider than this share of the width of either: hardly any
+/// light gets far into it.
 const GAP: f64 = 1.0 / 32.0;
 
 /// A line on a facet, local coordinates.
@@ -27,16 +28,17 @@ pub type Contact = [DVec3; 2];
 /// The contacts of all facets.
 #[derive(Clone, Debug, Default)]
 pub struct Contacts {
-    /// First contact of each facet, with the total number at the end.
+    /// Where the contacts of each facet begin: those of what stands on it, of what lies over its front, and over its back;
+    /// with the total number at the end.
     first: Vec<u32>,
     contacts: Vec<Contact>,
 }
 
 impl Contacts {
-    /// Looks for what stands on the facets.
+    /// Looks for what stands on the facets, and for what covers them.
     pub(super) fn of(hierarchy: &Hierarchy, progress: &dyn Progress) -> Contacts {
         progress.start("contacts", hierarchy.facets.len() as u64);
-        let found: Vec<Vec<Contact>> = (0..hierarchy.facets.len() as u32)
+        let found: Vec<[Vec<Contact>; 3]> = (0..hierarchy.facets.len() as u32)
             .into_par_iter()
             .map(|facet| {
                 let contacts = on_facet(hierarchy, facet);
@@ -45,7 +47,7 @@ impl Contacts {
             })
             .collect();
         let mut all = Contacts { first: vec![0], contacts: Vec::new() };
-        for contacts in found {
+        for contacts in found.into_iter().flatten() {
             all.contacts.extend(contacts);
             all.first.push(all.contacts.len() as u32);
         }
@@ -54,19 +56,33 @@ impl Contacts {
 
     /// The contacts of one facet.
     pub fn on(&self, facet: u32) -> &[Contact] {
-        &self.contacts[self.first[facet as usize] as usize..self.first[facet as usize + 1] as usize]
+        self.of_kinds(facet, 0..3)
+    }
+
+    /// Those on one side of it between which light differs: where something stands, on whichever side that is, and the
+    /// outlines of what covers this side.
+    pub fn on_side(&self, side: Side) -> impl Iterator<Item = &Contact> {
+        let own = if side.back { 2 } else { 1 };
+        self.of_kinds(side.facet, 0..1).iter().chain(self.of_kinds(side.facet, own..own + 1))
+    }
+
+    fn of_kinds(&self, facet: u32, kinds: Range<usize>) -> &[Contact] {
+        let [first, end] =
+            [kinds.start, kinds.end].map(|kind| self.first[3 * facet as usize + kind] as usize);
+        &self.contacts[first..end]
     }
 }
 
-fn on_facet(hierarchy: &Hierarchy, facet: u32) -> Vec<Contact> {
+/// Of what stands on a facet, and of what covers its front and its back.
+fn on_facet(hierarchy: &Hierarchy, facet: u32) -> [Vec<Contact>; 3] {
     let polygon = hierarchy.polygon(facet);
-    let mut contacts = Vec::new();
     if polygon.extent() < SMALLEST {
-        return contacts;
+        return Default::default();
     }
+    let (mut standing, mut covers) = (Vec::new(), [Vec::new(), Vec::new()]);
     let plane = hierarchy.facets[facet as usize].plane;
     let bounds = polygon.bounds();
-    let widest = (GAP * polygon.extent()).max(TOLERANCE);
+    let widest = (GAP * width(&polygon)).max(TOLERANCE);
     let mut stack = vec![0u32];
     while let Some(index) = stack.pop() {
         let node = &hierarchy.nodes[index as usize];
@@ -78,18 +94,75 @@ fn on_facet(hierarchy: &Hierarchy, facet: u32) -> Vec<Contact> {
             NodeKind::Leaf(other) if other != facet => {
                 let leaning = hierarchy.facets[other as usize].plane.normal.cross(plane.normal).length();
                 let other = hierarchy.polygon(other);
-                let lines = if leaning > LEANING {
-                    Vec::from_iter(meeting_line(&other, &plane))
-                } else {
-                    outline_over(&other, &plane, widest)
-                };
-                let inside = lines.into_iter().filter_map(|line| within(line, &polygon, &plane));
-                contacts.extend(inside.map(|(line, _)| line));
+                if leaning > LEANING {
+                    standing.extend(meeting_line(&other, &plane));
+                } else if let Some(cover) = Cover::of(&other, &plane, widest) {
+                    covers[usize::from(cover.low < 0.0)].push(cover);
+                }
             }
             NodeKind::Leaf(_) => {}
         }
     }
-    contacts
+    let sides = hierarchy.sides() as usize;
+    let [front, back] = covers;
+    let back = if sides == 2 { back } else { Vec::new() };
+    [standing, outlines(&front, &plane), outlines(&back, &plane)].map(|lines| {
+        let inside = lines.into_iter().filter_map(|line| within(line, &polygon, &plane));
+        inside.map(|(line, _)| line).collect()
+    })
+}
+
+/// Of a square its edge, of a strip how wide it is.
+fn width(polygon: &Polygon) -> f64 {
+    polygon.area() / polygon.extent().max(f64::MIN_POSITIVE)
+}
+
+/// A polygon that lies over a part of a plane, close to it.
+struct Cover {
+    /// What it covers.
+    shadow: Polygon,
+    /// Heights above the plane, of one sign, the first nearer to the plane.
+    low: f64,
+    high: f64,
+}
+
+impl Cover {
+    /// `None` if it touches the plane, or the gap is wider than `widest` or than its own width allows.
+    fn of(polygon: &Polygon, plane: &Plane, widest: f64) -> Option<Cover> {
+        let heights = || polygon.vertices().iter().map(|&v| plane.distance(v));
+        let low = heights().min_by(|a, b| a.abs().total_cmp(&b.abs()))?;
+        let high = heights().max_by(|a, b| a.abs().total_cmp(&b.abs()))?;
+        let covers = low.abs() > TOLERANCE
+            && high.abs() <= widest.min(GAP * width(polygon))
+            && heights().all(|height| (height < 0.0) == (low < 0.0));
+        covers.then(|| {
+            let corners: Vec<DVec3> =
+                polygon.vertices().iter().map(|&v| v - plane.normal * plane.distance(v)).collect();
+            Cover { shadow: Polygon::new(&corners), low, high }
+        })
+    }
+
+    /// Whether an edge of `other` with this middle is no border of what both cover: this one goes on where the other ends,
+    /// being as near to the plane or nearer, or lies over both sides of the edge.
+    fn hides(&self, other: &Cover, middle: DVec3, normal: DVec3) -> bool {
+        let normal = if self.shadow.area_vector().dot(normal) < 0.0 { -normal } else { normal };
+        let is_further = self.low.abs() > other.high.abs() + TOLERANCE;
+        self.shadow.outside_distance(middle, normal) < if is_further { -TOLERANCE } else { TOLERANCE }
+    }
+}
+
+/// The borders of what all covers together cover.
+fn outlines(covers: &[Cover], plane: &Plane) -> Vec<Contact> {
+    let mut lines = Vec::new();
+    for (index, cover) in covers.iter().enumerate() {
+        for (a, b) in cover.shadow.edges() {
+            let mut others = covers.iter().enumerate().filter(|(other, _)| *other != index);
+            if !others.any(|(_, other)| other.hides(cover, (a + b) * 0.5, plane.normal)) {
+                lines.push([a, b]);
+            }
+        }
+    }
+    lines
 }
 
 /// The line in which a polygon meets a plane, or stands on it.
@@ -117,17 +190,6 @@ fn meeting_line(polygon: &Polygon, plane: &Plane) -> Option<Contact> {
         }
     }
     ends
-}
-
-/// The outline of a polygon that covers what is below it in a plane, or above, with a gap no wider than `widest`; nothing of
-/// one that touches the plane, or is further away.
-fn outline_over(polygon: &Polygon, plane: &Plane, widest: f64) -> Vec<Contact> {
-    let heights = polygon.vertices().iter().map(|&v| plane.distance(v));
-    let (low, high) = heights.fold((f64::MAX, f64::MIN), |(low, high), h| (low.min(h), high.max(h)));
-    let gap = widest.min(GAP * polygon.area() / polygon.extent());
-    let covers = low > TOLERANCE && high <= gap || high < -TOLERANCE && low >= -gap;
-    let onto = |point: DVec3| point - plane.normal * plane.distance(point);
-    if covers { polygon.edges().map(|(a, b)| [onto(a), onto(b)]).collect() } else { Vec::new() }
 }
 
 /// The part of a contact inside a polygon and off its border, with the length of the line across the polygon
@@ -183,27 +245,46 @@ mod tests {
         }
     }
 
+    /// The outlines of rugs over the floor, each from corner to corner at a height.
+    fn outlines_over(rugs: &[([f64; 2], [f64; 2], f64)]) -> Vec<Contact> {
+        let (polygon, plane) = floor();
+        let cover = |&([x0, y0], [x1, y1], height): &([f64; 2], [f64; 2], f64)| {
+            let corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)];
+            let rug = Polygon::new(&corners.map(|(x, y)| DVec3::new(x, y, height)));
+            Cover::of(&rug, &plane, GAP * width(&polygon))
+        };
+        let covers: Vec<Cover> = rugs.iter().filter_map(cover).collect();
+        let lines = outlines(&covers, &plane).into_iter();
+        lines.filter_map(|line| within(line, &polygon, &plane)).map(|(line, _)| line).collect()
+    }
+
     #[test]
     fn what_lies_close_over_the_floor_has_its_outline_on_it() {
-        let (polygon, plane) = floor();
-        let lines = |size: f64, height: f64| {
-            let corners = [(-size, -size), (size, -size), (size, size), (-size, size)];
-            let rug = Polygon::new(&corners.map(|(x, y)| DVec3::new(x, y, height)));
-            let outline = outline_over(&rug, &plane, GAP * polygon.extent()).into_iter();
-            outline
-                .filter_map(|line| within(line, &polygon, &plane))
-                .map(|(line, _)| line)
-                .collect::<Vec<_>>()
-        };
         for height in [0.01, -0.01] {
-            let outline = lines(0.5, height);
+            let outline = outlines_over(&[([-0.5; 2], [0.5; 2], height)]);
             assert_eq!(outline.len(), 4);
             assert!(outline.iter().flatten().all(|p| p.z == 0.0 && p.x.abs() == 0.5 && p.y.abs() == 0.5));
         }
         // It lies on the floor, is too high for its width, or ends where the floor does.
         for (size, height) in [(0.5, 0.0), (0.5, 0.1), (0.1, 0.01), (1.0, 0.01)] {
-            assert!(lines(size, height).is_empty(), "{size} {height}");
+            let outline = outlines_over(&[([-size; 2], [size; 2], height)]);
+            assert!(outline.is_empty(), "{size} {height}");
         }
+    }
+
+    #[test]
+    fn several_covers_have_one_outline() {
+        // Two tiles side by side.
+        let outline = outlines_over(&[([-0.5; 2], [0.0, 0.5], 0.01), ([0.0, -0.5], [0.5; 2], 0.01)]);
+        assert_eq!(outline.len(), 6);
+        assert!(outline.iter().all(|[a, b]| a.x != 0.0 || b.x != 0.0), "{outline:?}");
+        // The bottom of a box and its top; a plate that stands out over another; one that lies on a larger one.
+        let box_of = |x: f64, top: f64, low: f64| [([-0.5; 2], [0.5; 2], low), ([-x; 2], [x; 2], top)];
+        assert_eq!(outlines_over(&box_of(0.5, 0.012, 0.01)).len(), 4);
+        let wider = outlines_over(&box_of(0.8, 0.012, 0.01));
+        assert!(wider.len() == 4 && wider.iter().flatten().all(|p| p.x.abs() == 0.8), "{wider:?}");
+        let smaller = outlines_over(&box_of(0.3, 0.012, 0.01));
+        assert!(smaller.len() == 4 && smaller.iter().flatten().all(|p| p.x.abs() == 0.5), "{smaller:?}");
     }
 
     #[test]

@@ -57,7 +57,7 @@ pub struct Hierarchy {
     pub materials: Vec<Material>,
     /// How many facets lay partly or wholly in others, and were cut to what those leave or dropped.
     pub covered_facets: usize,
-    /// Where other surfaces stand on large facets.
+    /// Where other surfaces stand on large facets or cover them.
     pub contacts: Contacts,
     /// Whether surfaces reflect on their front side only.
     pub one_sided: bool,

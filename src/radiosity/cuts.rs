@@ -1,4 +1,4 @@
-//! How elements are divided: along the lines where other surfaces stand on their facet first, then in
+//! How elements are divided: along the lines where other surfaces stand on their facet or cover it first, then in
 //! halves. \[LTG93\]
 
 use crate::hierarchy::{Contact, Hierarchy, TOLERANCE, within};
@@ -21,7 +21,7 @@ const LEAST_CONTACT: f64 = 0.25;
 /// A cut leaves at least this share of the area on each side.
 const LEAST_SHARE: f64 = 1e-4;
 
-/// How elements are divided where something stands on them: the long contacts cut a facet into cells, the
+/// How elements are divided where something stands on them or covers them: the long contacts cut a facet into cells, the
 /// short ones the elements that have come down to their size.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Cuts {
@@ -135,23 +135,30 @@ impl Cuts {
 
     /// Adds the cuts of a polygon, unless there are none; `cells` is how often it may be cut into cells.
     fn add(&mut self, polygon: &Polygon, plane: &Plane, contacts: &[Contact], cells: u32, depth: u32) -> u32 {
-        let inside: Vec<(Contact, f64)> =
+        let mut inside: Vec<(Contact, f64)> =
             contacts.iter().filter_map(|&line| within(line, polygon, plane)).collect();
+        let width = polygon.area() / polygon.extent();
+        let length = |line: &Contact| line[0].distance(line[1]);
+        let across =
+            |[from, to]: Contact| Plane::through(from, plane.normal.cross(to - from).normalize_or_zero());
+        inside.sort_by(|(a, _), (b, _)| length(b).total_cmp(&length(a)));
+        let mut longest = None;
+        inside.retain(|&(line, chord)| {
+            if longest.is_some() || length(&line) < LEAST_CONTACT * chord.max(width) {
+                return true;
+            }
+            // One that runs along the border leaves nothing to divide, here or further down.
+            longest = parted(polygon, &across(line)).map(|parts| (across(line), parts));
+            longest.is_some()
+        });
         if inside.is_empty() || depth == DEEPEST_HALVED {
             return NO_CUT;
         }
-        let width = polygon.area() / polygon.extent();
-        let length = |line: &Contact| line[0].distance(line[1]);
-        let long = inside.iter().filter(|(line, chord)| length(line) >= LEAST_CONTACT * chord.max(width));
-        let longest = long.map(|(line, _)| *line).max_by(|a, b| length(a).total_cmp(&length(b)));
-        let (from, to) = match longest {
-            Some([a, b]) => (a, b),
+        let (across, parts) = longest.unwrap_or_else(|| {
             // None of them divides all of it, but one may divide a half.
-            None => polygon.cut(),
-        };
-        let across = Plane::through(from, plane.normal.cross(to - from).normalize_or_zero());
-        let parts = if longest.is_some() { parted(polygon, &across) } else { Some(polygon.bisect()) };
-        let Some(parts) = parts else { return NO_CUT };
+            let (from, to) = polygon.cut();
+            (across([from, to]), polygon.bisect())
+        });
         let between_cells = longest.is_some() && cells > 0;
         let cells = if between_cells { cells - 1 } else { 0 };
         let lines: Vec<Contact> = inside.into_iter().map(|(line, _)| line).collect();
@@ -199,6 +206,22 @@ fn tidied(polygon: &Polygon) -> Option<Polygon> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_line_along_the_border_keeps_no_other_from_cutting() {
+        let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 0.0));
+        let square = Polygon::new(&corners);
+        let line = |x: f64, length: f64| [DVec3::new(x, 0.0, 0.0), DVec3::new(x, length, 0.0)];
+        let plane = Plane::through(DVec3::ZERO, DVec3::Z);
+        let mut cuts = Cuts::default();
+        let along = line(5e-5, 1.0);
+        let first = cuts.add(&square, &plane, &[along, line(0.5, 0.8)], DEEPEST, 0);
+        assert!(cuts.is_between_cells(first));
+        let halves = [0, 1].map(|part| cuts.outline(first, false, part).area());
+        assert!(halves.iter().all(|half| (half - 0.5).abs() < 1e-9), "{halves:?}");
+        // By itself it cuts nothing, however finely the square is divided.
+        assert_eq!(Cuts::default().add(&square, &plane, &[along], DEEPEST, 0), NO_CUT);
+    }
 
     #[test]
     fn a_cut_through_corners_leaves_parts_that_can_be_divided() {

@@ -167,7 +167,7 @@ pub(super) fn parted<T>(items: &mut [T], is_first: impl Fn(&T) -> bool) -> usize
 const DEEPEST: u32 = 128;
 
 impl Forest {
-    /// One element for each side, or as many as the lines where other surfaces stand on it make.
+    /// One element for each side, or as many as the lines make where other surfaces stand on it or cover it.
     pub fn new(hierarchy: &Hierarchy) -> Forest {
         let mut forest = Forest::undivided(hierarchy);
         for side in 0..forest.trees.len() {

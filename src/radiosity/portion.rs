@@ -10,12 +10,16 @@ use crate::tracer::Tracer;
 use glam::Vec3;
 use rayon::prelude::*;
 
+/// Share of what elements receive over what links bring that is light of the sides that are left out. Rays find that it
+/// arrives, not where it comes from.
+const THEIRS: f32 = 0.5;
+
 impl Solution {
     /// Irradiance of each leaf element without what it receives over links from the sides that `is_left_out` says,
     /// W/m²; in inner elements there is nothing.
     ///
-    /// All that the solution corrects without knowing which links are wrong stays in: what elements receive over what
-    /// links bring as an amount, the rest as the factor it is.
+    /// What the solution corrects without knowing which links are wrong is a factor on all of it; of what elements receive
+    /// over what links bring half counts as theirs, and half as light that comes otherwise.
     pub fn irradiance_without(&self, hierarchy: &Hierarchy, is_left_out: &[bool]) -> Vec<Vec3> {
         let forest = &self.forest;
         let (damping, gains) = (Damping::none(forest.len()), Gains::none(forest.len()));
@@ -28,7 +32,8 @@ impl Solution {
         let (part, all) =
             (received(&self.light.only_of(hierarchy, forest, is_left_out)), received(&self.light));
         let rest = |element: usize| {
-            let linked = all[element] * self.gains.of(element as u32).max(1.0);
+            let over = (self.gains.of(element as u32) - 1.0).max(0.0);
+            let linked = all[element] * (1.0 + (1.0 - THEIRS) * over);
             let share = part[element] / linked.max(Vec3::splat(f32::MIN_POSITIVE));
             self.light.irradiance[element] * (Vec3::ONE - share).clamp(Vec3::ZERO, Vec3::ONE)
         };

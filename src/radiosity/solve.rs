@@ -362,7 +362,7 @@ pub(super) fn iterate(
         if ahead == 0.0 {
             before = Vec::new();
         }
-        // Two lights of all elements are the most that there is at one time: of the old one only what links need.
+        // There is room for little more than one whole light in large scenes: of the old one only what links need stays.
         light = light.into_sent();
         let receiving = Receiving {
             damping: &damping,

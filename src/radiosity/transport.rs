@@ -19,8 +19,8 @@ const BLOCK: usize = 512;
 /// A source whose exitance differs by less than this share counts as uniform: rays differ by far more.
 const EVEN: f32 = 0.05;
 
-/// Light on every element and cluster. While links are refined there are lights of which only what links need is known;
-/// what else there is of them is empty.
+/// Light on every element and cluster. While links are refined and light flows there are lights of which only what links
+/// need is known; what else there is of them is empty.
 #[derive(Clone, Debug, Default)]
 pub struct Light {
     /// Exitance of each element; the area average in inner ones, W/m².

@@ -9,7 +9,7 @@ use lightshaft::visibility::{Strategy, VisibilityOptions};
 use crate::boxes::Rectangles;
 use crate::covered_pairs::CoveredPairs;
 use crate::segments::{Numbers, blockers};
-use crate::solving::{Case, STRATEGIES};
+use crate::solving::{Case, STRATEGIES, links_only};
 
 /// Coarse enough that all pairs of leaves can be looked at.
 fn coarse(strategy: Strategy) -> SolveOptions {
@@ -18,7 +18,7 @@ fn coarse(strategy: Strategy) -> SolveOptions {
         contrast: 0.1,
         min_size: None,
         resolution: 32.0,
-        iterations: 12,
+        iterations: 50,
         visibility: VisibilityOptions { strategy, rays: 16, certify: false },
         record: Record::Nothing,
     }
@@ -93,7 +93,7 @@ fn gaps(case: &Case, solution: &Solution, links: &[Link]) -> Gaps {
 }
 
 fn check(case: &Case, strategy: Strategy) -> Gaps {
-    let solution = case.solve(&case.fallback(), &coarse(strategy));
+    let solution = case.solve(&case.fallback(), &links_only(coarse(strategy)));
     let found = gaps(case, &solution, &solution.links.links);
     println!("{} {}: {found:?}", case.scene.name, strategy.name());
     assert!(found.leaves < 6000, "{found:?}: too many to look at all pairs");
