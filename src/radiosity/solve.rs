@@ -378,8 +378,9 @@ pub(super) fn iterate(
         let dark = Light::dark(forest.len());
         let next = light.iterate(hierarchy, &forest, &links, &materials, receiving, dark);
         let sent = light.sent(&forest);
+        let is_shared = strays.is_some();
         if settled {
-            if let Some(strays) = &strays {
+            if let Some(strays) = strays {
                 let over = (links.links.len(), looks as u32);
                 conservation.look(hierarchy, &forest, &light, tracer, over, progress);
                 let arrived = Arrived {
@@ -389,7 +390,7 @@ pub(super) fn iterate(
                     damping: &damping,
                     gains: &gains,
                     surplus: &surplus,
-                    strays,
+                    strays: &strays,
                 };
                 (gains, surplus) = conservation.shared(&arrived);
             } else if conservation.is_blind() {
@@ -400,7 +401,7 @@ pub(super) fn iterate(
         error = changed_power(&materials, &light, &next);
         approach.step(error, sent, progress);
         before = std::mem::replace(&mut light, next).exitance;
-        if strays.is_some() {
+        if is_shared {
             // What links bring has changed, and with it what could grow.
             approach.disturb();
             before = Vec::new();
