@@ -82,7 +82,7 @@ fn on_facet(hierarchy: &Hierarchy, facet: u32) -> [Vec<Contact>; 3] {
     let (mut standing, mut covers) = (Vec::new(), [Vec::new(), Vec::new()]);
     let plane = hierarchy.facets[facet as usize].plane;
     let bounds = polygon.bounds();
-    let widest = (GAP * width(&polygon)).max(TOLERANCE);
+    let widest = (GAP * polygon.width()).max(TOLERANCE);
     let mut stack = vec![0u32];
     while let Some(index) = stack.pop() {
         let node = &hierarchy.nodes[index as usize];
@@ -103,24 +103,22 @@ fn on_facet(hierarchy: &Hierarchy, facet: u32) -> [Vec<Contact>; 3] {
             NodeKind::Leaf(_) => {}
         }
     }
-    let sides = hierarchy.sides() as usize;
-    let [front, back] = covers;
-    let back = if sides == 2 { back } else { Vec::new() };
-    [standing, outlines(&front, &plane), outlines(&back, &plane)].map(|lines| {
+    if hierarchy.one_sided {
+        covers[1].clear();
+    }
+    let [front, back] = covers.map(|covers| outlines(&covers));
+    [standing, front, back].map(|lines| {
         let inside = lines.into_iter().filter_map(|line| within(line, &polygon, &plane));
         inside.map(|(line, _)| line).collect()
     })
-}
-
-/// Of a square its edge, of a strip how wide it is.
-fn width(polygon: &Polygon) -> f64 {
-    polygon.area() / polygon.extent().max(f64::MIN_POSITIVE)
 }
 
 /// A polygon that lies over a part of a plane, close to it.
 struct Cover {
     /// What it covers.
     shadow: Polygon,
+    /// Unit normal of that, where its outline is counter-clockwise.
+    normal: DVec3,
     /// Heights above the plane, of one sign, the first nearer to the plane.
     low: f64,
     high: f64,
@@ -133,31 +131,32 @@ impl Cover {
         let low = heights().min_by(|a, b| a.abs().total_cmp(&b.abs()))?;
         let high = heights().max_by(|a, b| a.abs().total_cmp(&b.abs()))?;
         let covers = low.abs() > TOLERANCE
-            && high.abs() <= widest.min(GAP * width(polygon))
+            && high.abs() <= widest.min(GAP * polygon.width())
             && heights().all(|height| (height < 0.0) == (low < 0.0));
         covers.then(|| {
             let corners: Vec<DVec3> =
                 polygon.vertices().iter().map(|&v| v - plane.normal * plane.distance(v)).collect();
-            Cover { shadow: Polygon::new(&corners), low, high }
+            let shadow = Polygon::new(&corners);
+            let is_turned = shadow.area_vector().dot(plane.normal) < 0.0;
+            Cover { shadow, normal: if is_turned { -plane.normal } else { plane.normal }, low, high }
         })
     }
 
     /// Whether an edge of `other` with this middle is no border of what both cover: this one goes on where the other ends,
     /// being as near to the plane or nearer, or lies over both sides of the edge.
-    fn hides(&self, other: &Cover, middle: DVec3, normal: DVec3) -> bool {
-        let normal = if self.shadow.area_vector().dot(normal) < 0.0 { -normal } else { normal };
+    fn hides(&self, other: &Cover, middle: DVec3) -> bool {
         let is_further = self.low.abs() > other.high.abs() + TOLERANCE;
-        self.shadow.outside_distance(middle, normal) < if is_further { -TOLERANCE } else { TOLERANCE }
+        self.shadow.outside_distance(middle, self.normal) < if is_further { -TOLERANCE } else { TOLERANCE }
     }
 }
 
 /// The borders of what all covers together cover.
-fn outlines(covers: &[Cover], plane: &Plane) -> Vec<Contact> {
+fn outlines(covers: &[Cover]) -> Vec<Contact> {
     let mut lines = Vec::new();
     for (index, cover) in covers.iter().enumerate() {
         for (a, b) in cover.shadow.edges() {
             let mut others = covers.iter().enumerate().filter(|(other, _)| *other != index);
-            if !others.any(|(_, other)| other.hides(cover, (a + b) * 0.5, plane.normal)) {
+            if !others.any(|(_, other)| other.hides(cover, (a + b) * 0.5)) {
                 lines.push([a, b]);
             }
         }
@@ -251,10 +250,10 @@ mod tests {
         let cover = |&([x0, y0], [x1, y1], height): &([f64; 2], [f64; 2], f64)| {
             let corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)];
             let rug = Polygon::new(&corners.map(|(x, y)| DVec3::new(x, y, height)));
-            Cover::of(&rug, &plane, GAP * width(&polygon))
+            Cover::of(&rug, &plane, GAP * polygon.width())
         };
         let covers: Vec<Cover> = rugs.iter().filter_map(cover).collect();
-        let lines = outlines(&covers, &plane).into_iter();
+        let lines = outlines(&covers).into_iter();
         lines.filter_map(|line| within(line, &polygon, &plane)).map(|(line, _)| line).collect()
     }
 

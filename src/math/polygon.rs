@@ -67,6 +67,11 @@ impl Polygon {
         2.0 * self.vertices().iter().map(|v| v.distance_squared(c)).fold(0.0, f64::max).sqrt()
     }
 
+    /// Area over extent: of a strip how wide it is.
+    pub fn width(&self) -> f64 {
+        self.area() / self.extent().max(f64::MIN_POSITIVE)
+    }
+
     /// Length of the longest edge.
     pub fn longest_edge(&self) -> f64 {
         self.edges().map(|(a, b)| a.distance_squared(b)).fold(0.0, f64::max).sqrt()

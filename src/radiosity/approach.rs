@@ -6,8 +6,9 @@
 //! the iterations. How slowly changes fade is learnt on the way, from what is left of them (Golub and Varga, *Chebyshev
 //! semi-iterative methods*, 1961; Hageman and Young, *Applied Iterative Methods*, 1981, chapters 4 to 6).
 
-use super::transport::Damping;
+use super::transport::{Damping, Further};
 use crate::progress::Progress;
+use glam::Vec3;
 
 /// Changes are taken to shrink at least by this factor.
 const SLOWEST: f64 = 0.999;
@@ -35,6 +36,8 @@ pub(super) struct Approach {
     fading: f64,
     /// Iterations that go further than they would by themselves.
     run: Option<Run>,
+    /// What surfaces sent out one iteration ago, which the next goes further away from; empty where it does not.
+    before: Vec<Vec3>,
     /// Whether the last has.
     went_further: bool,
     /// Whether such iterations have not helped.
@@ -78,6 +81,7 @@ impl Approach {
             most: 0.0,
             fading: 0.0,
             run: None,
+            before: Vec::new(),
             went_further: false,
             walks: false,
             shown: None,
@@ -99,14 +103,25 @@ impl Approach {
         self.to_come = f64::MAX;
         self.change = None;
         self.run = None;
+        self.before = Vec::new();
         self.walks = false;
         self.shown = None;
     }
 
     /// How much further the next iteration goes than by itself, as a share of what it changes since the light before
     /// the last.
-    pub(super) fn ahead(&self) -> f32 {
+    fn ahead(&self) -> f32 {
         self.run.map_or(0.0, |run| run.reach - 1.0) as f32
+    }
+
+    /// How much further the next iteration goes, from the light that [`Self::leave`] has left behind.
+    pub(super) fn further(&self) -> Further<'_> {
+        Further { than: &self.before, by: self.ahead() }
+    }
+
+    /// Keeps what surfaces sent out before the last iteration, if the next goes further away from it.
+    pub(super) fn leave(&mut self, exitance: Vec<Vec3>) {
+        self.before = if self.run.is_some() { exitance } else { Vec::new() };
     }
 
     /// The way done, of [`Self::STEPS`]; changes shrink by the same factor every time.

@@ -137,7 +137,7 @@ impl Cuts {
     fn add(&mut self, polygon: &Polygon, plane: &Plane, contacts: &[Contact], cells: u32, depth: u32) -> u32 {
         let mut inside: Vec<(Contact, f64)> =
             contacts.iter().filter_map(|&line| within(line, polygon, plane)).collect();
-        let width = polygon.area() / polygon.extent();
+        let width = polygon.width();
         let length = |line: &Contact| line[0].distance(line[1]);
         let across =
             |[from, to]: Contact| Plane::through(from, plane.normal.cross(to - from).normalize_or_zero());

@@ -255,8 +255,6 @@ pub(super) fn iterate(
     let mut thresholds = first_thresholds(emitted.max_element(), rooms_lit, hierarchy, options);
 
     let mut approach = Approach::new(CONVERGED * emitted.element_sum());
-    // What surfaces sent out one iteration ago.
-    let mut before = Vec::new();
 
     while iterations < options.iterations.max(1)
         && !(settled && (looks == LOOKED.len() || !weighs_again) && approach.has_arrived())
@@ -311,7 +309,6 @@ pub(super) fn iterate(
         if !settled && is_waiting.is_none() {
             let start = Instant::now();
             approach.disturb();
-            before = Vec::new();
             let links_before = links.links.len();
             let pairs =
                 Pairs { links: std::mem::take(&mut links.links), blocked: std::mem::take(&mut blocked) };
@@ -358,10 +355,7 @@ pub(super) fn iterate(
             refine_seconds += start.elapsed().as_secs_f64();
         }
         factor = conservation.factor;
-        let ahead = if is_last { 0.0 } else { approach.ahead() };
-        if ahead == 0.0 {
-            before = Vec::new();
-        }
+        approach.show(progress);
         // There is room for little more than one whole light in large scenes: of the old one only what links need stays.
         light = light.into_sent();
         let receiving = Receiving {
@@ -370,11 +364,10 @@ pub(super) fn iterate(
             gains: &gains,
             surplus: &surplus,
             factor,
-            further: Further { than: &before, by: ahead },
+            further: if is_last { Further::NONE } else { approach.further() },
             progress,
         };
         let materials = Materials { hierarchy, forest: &forest };
-        approach.show(progress);
         let dark = Light::dark(forest.len());
         let next = light.iterate(hierarchy, &forest, &links, &materials, receiving, dark);
         let sent = light.sent(&forest);
@@ -400,11 +393,10 @@ pub(super) fn iterate(
         }
         error = changed_power(&materials, &light, &next);
         approach.step(error, sent, progress);
-        before = std::mem::replace(&mut light, next).exitance;
+        approach.leave(std::mem::replace(&mut light, next).exitance);
         if is_shared {
             // What links bring has changed, and with it what could grow.
             approach.disturb();
-            before = Vec::new();
             damping = Damping::new(hierarchy, &forest, &links, (&openness, &gains), Damping::MANY, progress);
         }
         iterations += 1;

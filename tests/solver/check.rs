@@ -119,8 +119,8 @@ fn any(_: &LinkSet, _: usize) -> bool {
     true
 }
 
-fn pass(names: &[&str], options: &SolveOptions, limits: &Limits) {
-    for name in names {
+fn own_scenes_pass(options: &SolveOptions, limits: &Limits) {
+    for name in OWN_SCENES {
         let case = Case::load(name);
         let solution = case.solve(&case.fallback(), options);
         println!("{name}");
@@ -130,12 +130,12 @@ fn pass(names: &[&str], options: &SolveOptions, limits: &Limits) {
 
 #[test]
 fn drafts_of_the_scenes_of_the_project_pass() {
-    pass(&OWN_SCENES, &draft(), &Limits::DRAFT);
+    own_scenes_pass(&draft(), &Limits::DRAFT);
 }
 
 #[test]
 fn scenes_of_the_project_pass() {
-    pass(&OWN_SCENES, &normal(), &Limits::NORMAL);
+    own_scenes_pass(&normal(), &Limits::NORMAL);
 }
 
 #[test]

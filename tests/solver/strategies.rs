@@ -18,8 +18,7 @@ const BY_ROUNDING: f64 = 1e-3;
 /// Options for a strategy.
 type Settings = fn(Strategy) -> SolveOptions;
 
-const SETTINGS: [(&str, Settings); 2] =
-    [("rough", |strategy| links_only(rough(strategy))), ("finer", |strategy| links_only(options(strategy)))];
+const SETTINGS: [(&str, Settings); 2] = [("rough", rough), ("finer", options)];
 
 fn solved(case: &Case, tracer: &dyn Tracer, options: &SolveOptions) -> Solution {
     let solution = case.solve(tracer, options);
@@ -43,9 +42,10 @@ fn report(what: &str, differences: &LinkDifferences) {
 /// The strategies that differ only in how occluders are found, compared with one tracer.
 fn compare_strategies(case: &Case, tracer: &dyn Tracer) {
     for (settings, options) in SETTINGS {
-        let root = solved(case, tracer, &options(Strategy::Root));
+        let root = solved(case, tracer, &links_only(options(Strategy::Root)));
         for strategy in [Strategy::All, Strategy::Shaft] {
-            let differences = differences(case, [&root, &solved(case, tracer, &options(strategy))]);
+            let differences =
+                differences(case, [&root, &solved(case, tracer, &links_only(options(strategy)))]);
             let name = &case.scene.name;
             let what = format!("{name}, {settings}, {}: root and {}", tracer.name(), strategy.name());
             report(&what, &differences);
@@ -79,7 +79,7 @@ fn each_strategy_gives_the_same_links_on_both_tracers() {
         // `all` has a list of its own and asks no tracer.
         for strategy in STRATEGIES.into_iter().filter(|&s| s != Strategy::All) {
             // Links that have been weighed again when the light has settled, too.
-            for (settings, options) in [("rough", rough as Settings), ("finer", options)] {
+            for (settings, options) in SETTINGS {
                 let asked = SecondOpinion::new(&embree, &fallback);
                 let both = [&asked as &dyn Tracer, &fallback]
                     .map(|tracer| solved(&case, tracer, &options(strategy)));
