@@ -16,7 +16,7 @@ pub use clip::Clip;
 pub use curve::Curve;
 pub use flat::{Axes, FlatPolygon, FlatRegion};
 pub use plane::Plane;
-pub use polygon::{MAX_VERTICES, Polygon, PolygonSampler, half_at};
+pub use polygon::{MAX_VERTICES, Polygon, PolygonSampler};
 pub use sequence::{PairSequence, cosine_direction, golden_fraction, hash_pair};
 pub use spherical::{CosineLobes, axial_parts};
 pub use srgb::{linear_from_srgb, srgb_from_linear};

@@ -93,19 +93,11 @@ impl Polygon {
     /// edge, a quadrilateral across its longer pair of opposite edges, anything larger along its
     /// shortest balanced diagonal. Longest-edge bisection keeps the shapes of the pieces bounded.
     pub fn bisect(&self) -> [Polygon; 2] {
-        self.cut_and_halves().1
-    }
-
-    /// The line along which it is bisected, and the halves; the first lies to the left of the line.
-    pub fn cut_and_halves(&self) -> ((DVec3, DVec3), [Polygon; 2]) {
-        let start = self.start_of_cut();
-        let cut = self.cut_from(start);
-        let halves = [0, 1].map(|half| {
+        [0, 1].map(|half| {
             let mut part = *self;
-            part.keep_half_from(start, cut, half);
+            part.keep_half(half);
             part
-        });
-        (cut, halves)
+        })
     }
 
     /// Becomes one of its halves, the first or the second.
@@ -114,18 +106,16 @@ impl Polygon {
         self.keep_half_from(start, self.cut_from(start), half);
     }
 
-    /// Becomes the half that holds `point`, in the polygon's plane, and says which that is.
-    pub fn keep_half_at(&mut self, point: DVec3, normal: DVec3) -> usize {
-        let start = self.start_of_cut();
-        let cut = self.cut_from(start);
-        let half = half_at(cut, point, normal);
-        self.keep_half_from(start, cut, half);
-        half
-    }
-
     /// The line along which it is bisected; the first half lies to its left.
     pub fn cut(&self) -> (DVec3, DVec3) {
         self.cut_from(self.start_of_cut())
+    }
+
+    /// A plane through that line, across the polygon's own with this `normal`; the first half lies in front. Its normal is as
+    /// long as the line.
+    pub fn cut_plane(&self, normal: DVec3) -> Plane {
+        let (from, to) = self.cut();
+        Plane::through(from, normal.cross(to - from))
     }
 
     /// The corner that the first half starts with, or ends with if it is a triangle's.
@@ -302,11 +292,6 @@ impl<'a> PolygonSampler<'a> {
     }
 }
 
-/// On which side of a cut a point lies: 0 for the left one.
-pub fn half_at((from, to): (DVec3, DVec3), point: DVec3, normal: DVec3) -> usize {
-    usize::from((to - from).cross(point - from).dot(normal) < 0.0)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -335,7 +320,7 @@ mod tests {
     }
 
     #[test]
-    fn the_half_of_a_point_is_the_one_that_holds_it() {
+    fn halves_lie_on_their_sides_of_the_cut() {
         let octagon: Vec<DVec3> = (0..8)
             .map(|i| (i as f64 * std::f64::consts::TAU / 8.0).sin_cos())
             .map(|(s, c)| DVec3::new(c, s, 0.0))
@@ -346,7 +331,8 @@ mod tests {
                 let halves = polygon.bisect();
                 for (i, half) in halves.iter().enumerate() {
                     let mut kept = polygon;
-                    assert_eq!(half_at(polygon.cut(), half.center(), DVec3::Z), i, "{count} {step}");
+                    let is_in_front = polygon.cut_plane(DVec3::Z).distance(half.center()) > 0.0;
+                    assert_eq!(is_in_front, i == 0, "{count} {step}");
                     kept.keep_half(i);
                     assert_eq!(kept.vertices(), half.vertices());
                     let (from, to) = polygon.cut();

@@ -2,7 +2,7 @@
 //! halves. \[LTG93\]
 
 use crate::hierarchy::{Contact, Hierarchy, TOLERANCE, within};
-use crate::math::{MAX_VERTICES, Plane, Polygon, half_at};
+use crate::math::{MAX_VERTICES, Plane, Polygon};
 use glam::DVec3;
 
 /// No further cut: divided in halves.
@@ -65,15 +65,14 @@ impl Cuts {
         self.cuts.get(cut as usize).is_some_and(|cut| cut.between_cells)
     }
 
-    /// Which of the parts that `cut` makes holds `point`, and how that is divided; `None` where nothing is cut.
-    pub(super) fn part_at(&self, cut: u32, point: DVec3) -> Option<(usize, u32)> {
-        let cut = self.cuts.get(cut as usize)?;
-        let part = usize::from(cut.plane.distance(point) < 0.0);
-        Some((part, cut.below[part]))
+    /// The plane along which `cut` divides an outline with this `normal`, which need not have length 1; the first part lies in
+    /// front.
+    pub(super) fn across(&self, outline: &Polygon, cut: u32, normal: DVec3) -> Plane {
+        self.cuts.get(cut as usize).map_or_else(|| outline.cut_plane(normal), |cut| cut.plane)
     }
 
     /// The outline of a part that `cut` makes.
-    pub(super) fn outline(&self, cut: u32, is_back: bool, part: usize) -> Polygon {
+    fn outline(&self, cut: u32, is_back: bool, part: usize) -> Polygon {
         let outline = self.cuts[cut as usize].parts[part];
         if is_back { outline.flipped() } else { outline }
     }
@@ -86,51 +85,6 @@ impl Cuts {
         };
         *outline = self.outline(cut, is_back, part);
         below[part]
-    }
-
-    /// An outline becomes that of its parts which holds `point`: which that is, and how it is divided. `normal` is the
-    /// outline's.
-    pub(super) fn keep_part_at(
-        &self,
-        outline: &mut Polygon,
-        cut: u32,
-        is_back: bool,
-        point: DVec3,
-        normal: DVec3,
-    ) -> (usize, u32) {
-        match self.part_at(cut, point) {
-            Some((part, below)) => {
-                *outline = self.outline(cut, is_back, part);
-                (part, below)
-            }
-            None => (outline.keep_half_at(point, normal), NO_CUT),
-        }
-    }
-
-    /// Both parts of an outline with how they are divided, and a test that tells which of them holds a point.
-    pub(super) fn parts(
-        &self,
-        outline: &Polygon,
-        cut: u32,
-        is_back: bool,
-        normal: DVec3,
-    ) -> ([(Polygon, u32); 2], impl Fn(DVec3) -> usize) {
-        let of_cut = self.cuts.get(cut as usize);
-        let (line, parts) = match of_cut {
-            None => {
-                let (line, halves) = outline.cut_and_halves();
-                (line, halves.map(|half| (half, NO_CUT)))
-            }
-            Some(Cut { below, .. }) => {
-                let parts = [0, 1].map(|part| (self.outline(cut, is_back, part), below[part]));
-                ((DVec3::ZERO, DVec3::ZERO), parts)
-            }
-        };
-        let plane = of_cut.map(|cut| cut.plane);
-        (parts, move |point| match plane {
-            Some(plane) => usize::from(plane.distance(point) < 0.0),
-            None => half_at(line, point, normal),
-        })
     }
 
     /// Adds the cuts of a polygon, unless there are none; `cells` is how often it may be cut into cells.

@@ -1,11 +1,12 @@
 //! All elements: a tree for each side of each facet, numbered in depth-first order.
 
 use super::cuts::Cuts;
+use super::lines::{Lines, flat};
 use super::reflectance::{Means, Measuring, Reflectance};
 use crate::hierarchy::{ElementTree, Hierarchy, Side};
 use crate::math::{Plane, Polygon, hash_pair};
 use crate::tracer::{Hit, Ray};
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use std::sync::atomic::AtomicU32;
 
 /// Element trees of all sides, and their numbering.
@@ -17,6 +18,7 @@ pub struct Forest {
     sides_per_facet: u32,
     trees: Vec<ElementTree>,
     cuts: Cuts,
+    lines: Lines,
     /// First element of each side, with the total number at the end.
     pub first_element: Vec<u32>,
     /// First element of the cell each element belongs to: of its side, or of the part of it between the
@@ -47,6 +49,8 @@ pub struct Piece<'a> {
     pub key: u64,
     /// How it is divided.
     cut: u32,
+    /// Its line among those of the forest, if it was divided at the last numbering.
+    line: u32,
     /// See [`Forest::cell`].
     pub(super) cell: u32,
 }
@@ -75,20 +79,12 @@ impl<'a> Piece<'a> {
         Piece { polygon, ..self.clone() }
     }
 
-    /// Becomes its half at a point of it; splits the tree if need be.
-    pub fn keep_half_at(&mut self, forest: &'a Forest, point: DVec3) {
-        let (cut, is_back, normal) = (self.cut, self.side.back, self.plane.normal);
-        let (half, below) = forest.cuts.keep_part_at(&mut self.polygon, cut, is_back, point, normal);
-        self.go_down(forest, half, below);
-    }
-
+    /// Becomes one of its halves; splits the tree if need be.
     fn keep_half(&mut self, forest: &'a Forest, half: usize) {
+        if let Some(second) = forest.second_of(self.id()) {
+            self.line = line_below(self.line, self.id(), second, half);
+        }
         let below = forest.cuts.keep_part(&mut self.polygon, self.cut, self.side.back, half);
-        self.go_down(forest, half, below);
-    }
-
-    /// Takes the names of a half whose outline it has already, and which is divided by `below`.
-    fn go_down(&mut self, forest: &'a Forest, half: usize, below: u32) {
         self.tree = &self.tree.split(&forest.next_id)[half];
         self.key = hash_pair(self.key, half as u64 + 1);
         if forest.cuts.is_between_cells(self.cut) {
@@ -150,8 +146,14 @@ impl<'a> Way<'a> {
     }
 }
 
+/// The line of a half of the element with this id and this line. Below its first half there are as many lines as that has
+/// elements, less one, halved.
+fn line_below(line: u32, id: u32, second: u32, half: usize) -> u32 {
+    if half == 0 { line + 1 } else { line + (second - id) / 2 }
+}
+
 /// Puts what `is_first` holds for before the rest, and says how many that are.
-pub(super) fn parted<T>(items: &mut [T], is_first: impl Fn(&T) -> bool) -> usize {
+fn parted<T>(items: &mut [T], is_first: impl Fn(&T) -> bool) -> usize {
     let mut count = 0;
     for i in 0..items.len() {
         if is_first(&items[i]) {
@@ -214,6 +216,7 @@ impl Forest {
             sides_per_facet: hierarchy.sides(),
             trees: (0..count).map(ElementTree::new).collect(),
             cuts: Cuts::of(hierarchy),
+            lines: Lines::default(),
             first_element: Vec::new(),
             cell: Vec::new(),
             second: Vec::new(),
@@ -301,7 +304,18 @@ impl Forest {
         let plane = if side.back { plane.flipped() } else { plane };
         let cut = self.cuts.first(side.facet);
         let tree = &self.trees[index];
-        Piece { tree, polygon, plane, side, key: hash_pair(index as u64, 0), cut, cell: tree.id() }
+        let (line, cell) = (self.first_line(index), tree.id());
+        Piece { tree, polygon, plane, side, key: hash_pair(index as u64, 0), cut, line, cell }
+    }
+
+    /// The line of the undivided element of a side: those before it have as many lines as they have halves.
+    fn first_line(&self, index: usize) -> u32 {
+        self.first_element.get(index).map_or(0, |first| (first - index as u32) / 2)
+    }
+
+    /// The second half of an element that was divided at the last numbering.
+    fn second_of(&self, id: u32) -> Option<u32> {
+        self.second.get(id as usize).copied().filter(|&second| second != 0)
     }
 
     /// The number of the side an element belongs to.
@@ -342,39 +356,44 @@ impl Forest {
         }
     }
 
+    /// The elements at a flat point, from the one with this id and this line down to the leaf.
+    fn elements_at(&self, id: u32, line: u32, point: DVec2) -> impl Iterator<Item = u32> + '_ {
+        let below = move |&(id, line): &(u32, u32)| {
+            let second = self.second_of(id)?;
+            let half = self.lines.half(line, point);
+            Some(([id + 1, second][half], line_below(line, id, second, half)))
+        };
+        std::iter::successors(Some((id, line)), below).map(|(id, _)| id)
+    }
+
+    /// The ids of the elements at a point of an element, from its own down to the leaf.
+    pub(super) fn elements_below(
+        &self,
+        hierarchy: &Hierarchy,
+        element: u32,
+        point: DVec3,
+    ) -> impl Iterator<Item = u32> + '_ {
+        let index = self.side_of(element);
+        let (mut id, mut line) = (self.first_element[index], self.first_line(index));
+        while id != element {
+            let second = self.second[id as usize];
+            let half = usize::from(element >= second);
+            (id, line) = ([id + 1, second][half], line_below(line, id, second, half));
+        }
+        self.elements_at(id, line, flat(hierarchy.side_normal(self.side(index)), point))
+    }
+
     /// The id of the element at a point of a piece: the first on the way down to its leaf that `is_enough` holds for,
     /// else the leaf.
     pub fn element_in(&self, piece: &Piece<'_>, point: DVec3, is_enough: impl Fn(u32) -> bool) -> u32 {
-        let seen = (piece.side.back, piece.plane.normal);
-        self.element_below((piece.id(), piece.cut), seen, || piece.polygon, point, is_enough)
-    }
-
-    /// Likewise for an element with this id that is divided by this cut. Its outline is asked for only if it is needed.
-    fn element_below(
-        &self,
-        (mut id, mut cut): (u32, u32),
-        (is_back, normal): (bool, DVec3),
-        outline: impl FnOnce() -> Polygon,
-        point: DVec3,
-        is_enough: impl Fn(u32) -> bool,
-    ) -> u32 {
-        let halves = |id: u32| {
-            let second = self.second.get(id as usize).copied().unwrap_or(0);
-            (second != 0 && !is_enough(id)).then_some([id + 1, second])
-        };
-        let mut last = None;
-        let mut outline = loop {
-            let Some(parts) = halves(id) else { return id };
-            let Some((part, below)) = self.cuts.part_at(cut, point) else {
-                break last.map_or_else(outline, |(cut, part)| self.cuts.outline(cut, is_back, part));
-            };
-            last = Some((cut, part));
-            (id, cut) = (parts[part], below);
-        };
-        while let Some(halves) = halves(id) {
-            id = halves[outline.keep_half_at(point, normal)];
+        let mut last = piece.id();
+        for id in self.elements_at(last, piece.line, flat(piece.plane.normal, point)) {
+            last = id;
+            if is_enough(id) {
+                break;
+            }
         }
-        id
+        last
     }
 
     /// Visits the elements of a piece that hold some of the `points`, with those: the first on the way down to the leaf
@@ -387,51 +406,49 @@ impl Forest {
         is_enough: &impl Fn(u32) -> bool,
         visit: &mut impl FnMut(u32, &[T]),
     ) {
-        let (is_back, normal) = (piece.side.back, piece.plane.normal);
-        let mut parts = |outline: &Polygon, cut, points: &mut [T]| {
-            let (parts, part_at) = self.cuts.parts(outline, cut, is_back, normal);
-            (parts, parted(points, |point| part_at(position(point)) == 0))
-        };
-        self.visit_below(piece.id(), (&piece.polygon, piece.cut), points, &mut parts, is_enough, visit);
+        let position = |point: &T| flat(piece.plane.normal, position(point));
+        self.visit_below(piece.id(), piece.line, points, &position, is_enough, visit);
     }
 
     fn visit_below<T>(
         &self,
         id: u32,
-        (outline, cut): (&Polygon, u32),
+        line: u32,
         points: &mut [T],
-        parts: &mut impl FnMut(&Polygon, u32, &mut [T]) -> ([(Polygon, u32); 2], usize),
+        position: &impl Fn(&T) -> DVec2,
         is_enough: &impl Fn(u32) -> bool,
         visit: &mut impl FnMut(u32, &[T]),
     ) {
         if points.is_empty() {
             return;
         }
-        let second = self.second.get(id as usize).copied().unwrap_or(0);
-        if second == 0 || is_enough(id) {
+        let Some(second) = self.second_of(id).filter(|_| !is_enough(id)) else {
             visit(id, points);
             return;
-        }
-        let ([(a, cut_a), (b, cut_b)], in_first) = parts(outline, cut, points);
+        };
+        let in_first = parted(points, |point| self.lines.half(line, position(point)) == 0);
         let (first, rest) = points.split_at_mut(in_first);
-        self.visit_below(id + 1, (&a, cut_a), first, parts, is_enough, visit);
-        self.visit_below(second, (&b, cut_b), rest, parts, is_enough, visit);
+        let [line_a, line_b] = [0, 1].map(|half| line_below(line, id, second, half));
+        self.visit_below(id + 1, line_a, first, position, is_enough, visit);
+        self.visit_below(second, line_b, rest, position, is_enough, visit);
     }
 
     /// The leaf element at a point on a side; `None` for a side that takes no part.
     pub fn leaf_at(&self, hierarchy: &Hierarchy, side: Side, point: DVec3) -> Option<Leaf> {
         let index = self.side_index(side)?;
-        let first = (self.first_element[index], self.cuts.first(side.facet));
-        let seen = (side.back, hierarchy.side_normal(side));
-        let id = self.element_below(first, seen, || hierarchy.side_polygon(side), point, |_| false);
+        let root = self.first_element[index];
+        let point = flat(hierarchy.side_normal(side), point);
+        let id = self.elements_at(root, self.first_line(index), point).last().unwrap_or(root);
         Some(Leaf { side: index, id })
     }
 
     /// The leaf element at a point on the side with this number, with its geometry.
     pub fn leaf_on(&self, hierarchy: &Hierarchy, index: usize, point: DVec3) -> Piece<'_> {
         let mut piece = self.root(hierarchy, index);
+        let point = flat(piece.plane.normal, point);
         while self.second[piece.id() as usize] != 0 {
-            piece.keep_half_at(self, point);
+            let half = self.lines.half(piece.line, point);
+            piece.keep_half(self, half);
         }
         piece
     }
@@ -453,6 +470,7 @@ impl Forest {
         let mut second = Vec::with_capacity(total);
         let mut area = Vec::with_capacity(total);
         let mut center = Vec::with_capacity(total);
+        let mut lines = Lines::with_capacity((total - self.trees.len()) / 2);
         let mut stack = Vec::new();
         let mut measuring = Measuring::new(hierarchy);
         for (index, tree) in self.trees.iter().enumerate() {
@@ -475,6 +493,7 @@ impl Forest {
                 area.push(outline.area() as f32);
                 center.push(outline.center().as_vec3());
                 if let Some([a, b]) = tree.halves() {
+                    lines.push(&self.cuts.across(&outline, cut, root.plane.normal), &root.plane);
                     let below = (!self.cuts.is_between_cells(cut)).then_some(own_cell);
                     for (half, tree, parent) in [(1, b, Some(id)), (0, a, None)] {
                         let mut part = outline;
@@ -491,6 +510,7 @@ impl Forest {
         self.second = second;
         self.area = area;
         self.center = center;
+        self.lines = lines;
         self.means = measuring.finish(&self.first_element, |element| {
             let second = self.second[element as usize];
             (second != 0).then(|| [element + 1, second].map(|half| (half, self.area[half as usize])))

@@ -13,6 +13,7 @@ mod flight;
 mod forest;
 mod form_factor;
 mod gains;
+mod lines;
 mod links;
 mod openness;
 mod place;

@@ -297,13 +297,8 @@ impl Watched<'_> {
 
     /// Marks what covers sources for a point of a cell, from the cell down to the leaf element.
     fn mark_elements(&self, cell: u32, point: DVec3, covered: &mut Covered) {
-        let mut piece = self.forest.piece(self.hierarchy, cell);
-        loop {
-            covered.mark(self.links, self.node_of(piece.id()));
-            if self.forest.second[piece.id() as usize] == 0 {
-                return;
-            }
-            piece.keep_half_at(self.forest, point);
+        for element in self.forest.elements_below(self.hierarchy, cell, point) {
+            covered.mark(self.links, self.node_of(element));
         }
     }
 }
