@@ -127,8 +127,10 @@ pub(super) fn audit(subject: &Subject<'_>, flights: &Flights) -> Audit {
         .into_par_iter()
         .map(|index| {
             let link = &links[index * step];
-            let [receiver, source] = [(link.receiver, 1), (link.source, 2)]
-                .map(|(node, salt)| subject.leaf_below(node, fraction(index as u64, salt)));
+            let [receiver, source] = [(link.receiver, 1), (link.source, 4)].map(|(node, salt)| {
+                let [at, u, v] = [0, 1, 2].map(|i| fraction(index as u64, salt + i));
+                subject.spot(&subject.area_of(node), at, (u, v)).leaf
+            });
             (receiver, source, subject.links_between(receiver, source).count())
         })
         .collect();

@@ -3,7 +3,7 @@
 
 use super::contour::{Surface, exchange};
 use super::limits::MOST_FACTOR;
-use super::subject::{Subject, fraction};
+use super::subject::{Area, Subject, fraction};
 use crate::hierarchy::TOLERANCE;
 use crate::math::{PairSequence, hash_pair};
 use crate::radiosity::{Link, LinkClass};
@@ -208,8 +208,9 @@ pub(super) fn against_proofs(subject: &Subject<'_>) -> Errors {
         .par_iter()
         .enumerate()
         .filter_map(|(index, link)| {
+            let areas = [link.receiver, link.source].map(|node| subject.area_of(node));
             let segments: Vec<Segment> = (0..PACKET as u64)
-                .filter_map(|i| segment(subject, link, hash_pair(index as u64, i)))
+                .filter_map(|i| segment(subject, &areas, hash_pair(index as u64, i)))
                 .collect();
             let mut blockers = [NO_FACET; PACKET];
             let blockers = &mut blockers[..segments.len()];
@@ -223,11 +224,11 @@ pub(super) fn against_proofs(subject: &Subject<'_>) -> Errors {
 
 /// The segment between a point of each end, without what lies as good as in the plane of either: surfaces that
 /// overlap in one plane do not block. The rest stays in the shaft of the pair, however flat that is.
-fn segment(subject: &Subject<'_>, link: &Link, seed: u64) -> Option<Segment> {
-    let [receiver, source] = [(link.receiver, 1), (link.source, 2)]
-        .map(|(node, salt)| subject.piece(subject.leaf_below(node, fraction(seed, salt))));
+fn segment(subject: &Subject<'_>, areas: &[Area<'_>; 2], seed: u64) -> Option<Segment> {
     let [a, b, c, d] = PairSequence::new(seed).point(0);
-    let (from, to) = (receiver.polygon.point_at(a, b), source.polygon.point_at(c, d));
+    let receiver = subject.spot(&areas[0], fraction(seed, 1), (a, b));
+    let source = subject.spot(&areas[1], fraction(seed, 2), (c, d));
+    let (from, to) = (receiver.point, source.point);
     let heights = [receiver.plane.distance(to), source.plane.distance(from)];
     if heights.iter().any(|&height| height <= GRAZING) {
         return None;
@@ -236,6 +237,6 @@ fn segment(subject: &Subject<'_>, link: &Link, seed: u64) -> Option<Segment> {
     (near + far < 1.0).then(|| Segment {
         from: from.lerp(to, near).as_vec3(),
         to: to.lerp(from, far).as_vec3(),
-        skip: [receiver.side.facet, source.side.facet],
+        skip: [receiver.facet, source.facet],
     })
 }

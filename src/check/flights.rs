@@ -3,7 +3,7 @@
 
 use super::subject::{Lottery, Subject};
 use crate::math::{PairSequence, cosine_direction};
-use crate::radiosity::Piece;
+use crate::radiosity::{Piece, Way};
 use crate::tracer::{Departure, PACKET, Ray, departing_hits};
 use glam::Vec3;
 use rayon::prelude::*;
@@ -59,19 +59,22 @@ pub(super) fn flights(subject: &Subject<'_>, count: u32) -> Flights {
     if lottery.total <= 0.0 {
         return Flights { all: Vec::new(), power: 0.0 };
     }
+    let way = || Way::new(subject.hierarchy, &subject.solution.forest);
     let sequences = [2, 3].map(PairSequence::new);
     let all = (0..count / PACKET as u32)
         .into_par_iter()
-        .flat_map_iter(|packet| {
+        .with_min_len(64)
+        .map_init(way, |way, packet| {
             let mut from = [0; PACKET];
             let departures: [Departure; PACKET] = std::array::from_fn(|i| {
                 let index = packet * PACKET as u32 + i as u32;
                 from[i] = lottery.pick((index as f64 + 0.5) / count as f64);
-                departure(&subject.piece(from[i]), sequences[i % 2].point(index / 2))
+                departure(way.to(from[i]), sequences[i % 2].point(index / 2))
             });
             let landings = landings(subject, &departures);
             (0..PACKET).map(move |i| Flight { from: from[i], landing: landings[i] })
         })
+        .flatten_iter()
         .collect();
     Flights { all, power: lottery.total / count as f64 }
 }

@@ -5,7 +5,7 @@ use super::finding::root;
 use super::flights::{Landing, departure, landings};
 use super::subject::{Lottery, Subject, fraction};
 use crate::math::{CosineLobes, PairSequence, hash_pair};
-use crate::radiosity::{Light, Link, LinkClass, direction};
+use crate::radiosity::{Light, Link, LinkClass, Piece, direction};
 use crate::tracer::{Candidates, FilterAudit, NO_FACET, PACKET, Segment};
 use glam::Vec3;
 use rayon::prelude::*;
@@ -94,14 +94,15 @@ pub(super) fn rows(subject: &Subject<'_>) -> Vec<Row> {
 /// With its variance.
 fn covered_by_links(subject: &Subject<'_>, element: u32, even: &Light) -> (f64, f64) {
     let (hierarchy, forest) = (subject.hierarchy, &subject.solution.forest);
-    let normal = subject.piece(element).plane.normal.as_vec3();
+    let piece = subject.piece(element);
+    let normal = piece.plane.normal.as_vec3();
     let (mut sum, mut noise, mut lobes) = (0.0, 0.0, CosineLobes::<Vec3>::default());
     for receiver in subject.lineage(subject.node(element)) {
         for link in subject.solution.links.of(receiver) {
             let mut link = *link;
             let is_partial = link.class == LinkClass::Partial;
             let (clear, variance) =
-                if is_partial { clear_share(subject, element, &link, even) } else { (1.0, 0.0) };
+                if is_partial { clear_share(subject, &piece, &link, even) } else { (1.0, 0.0) };
             if is_partial {
                 link.visibility = clear as f32;
             }
@@ -126,21 +127,20 @@ fn covered_by_links(subject: &Subject<'_>, element: u32, even: &Light) -> (f64, 
 }
 
 /// Share of the segments to the source of a link that are clear, weighted by the kernel, and its variance.
-fn clear_share(subject: &Subject<'_>, element: u32, link: &Link, even: &Light) -> (f64, f64) {
-    let receiver = subject.piece(element);
-    let seed = hash_pair(element as u64, link.source as u64);
+fn clear_share(subject: &Subject<'_>, receiver: &Piece<'_>, link: &Link, even: &Light) -> (f64, f64) {
+    let seed = hash_pair(receiver.id() as u64, link.source as u64);
     let sequence = PairSequence::new(seed);
+    let area = subject.area_of(link.source);
     let segments: Vec<(Segment, f64)> = (0..SEGMENTS)
         .filter_map(|index| {
             let [a, b, c, d] = sequence.point(index);
-            let leaf = subject.leaf_below(link.source, fraction(seed, index as u64));
-            let source = subject.piece(leaf);
-            let (from, to) = (receiver.polygon.point_at(a, b), source.polygon.point_at(c, d));
+            let source = subject.spot(&area, fraction(seed, index as u64), (c, d));
+            let (from, to) = (receiver.polygon.point_at(a, b), source.point);
             let heights = [receiver.plane.distance(to), source.plane.distance(from)];
-            if heights[0] <= 0.0 || heights[1] <= 0.0 || even.exitance[leaf as usize].x <= 0.0 {
+            if heights[0] <= 0.0 || heights[1] <= 0.0 || even.exitance[source.leaf as usize].x <= 0.0 {
                 return None;
             }
-            let skip = [receiver.side.facet, source.side.facet];
+            let skip = [receiver.side.facet, source.facet];
             let segment = Segment { from: from.as_vec3(), to: to.as_vec3(), skip };
             let distance_squared = from.distance_squared(to) + SOFTENING;
             Some((segment, heights[0] * heights[1] / (distance_squared * distance_squared)))

@@ -1,10 +1,10 @@
-//! What is checked, and who lies in what: the nodes above every element, and leaf elements below nodes.
+//! What is checked, and who lies in what: the nodes above every element, and points of nodes.
 
 use crate::hierarchy::{Hierarchy, NodeKind};
-use crate::math::hash_pair;
+use crate::math::{Plane, hash_pair};
 use crate::radiosity::{Link, Piece, Solution, place};
 use crate::tracer::Tracer;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// A solution with the scene it belongs to. Nodes have the ids that links use: clusters, then elements.
 pub(super) struct Subject<'a> {
@@ -71,41 +71,51 @@ impl<'a> Subject<'a> {
         })
     }
 
-    /// The leaf element below a node that `at`, in [0, 1), points to when all its area is laid in a row.
-    pub(super) fn leaf_below(&self, node: u32, at: f64) -> u32 {
+    /// A node as an area to pick points of.
+    pub(super) fn area_of(&self, node: u32) -> Area<'a> {
+        Area { node, piece: self.element(node).map(|element| self.piece(element)) }
+    }
+
+    /// A point of an area. All are equally likely, for both sides of a cluster together, with numbers in [0, 1) at random:
+    /// `at` picks a side, `(u, v)` the point on it.
+    pub(super) fn spot(&self, area: &Area<'_>, at: f64, (u, v): (f64, f64)) -> Spot {
         let forest = &self.solution.forest;
-        let (mut node, mut at) = (node, at);
-        let mut descend = |parts: [u32; 2], areas: [f32; 2]| {
-            let share = (areas[0] / (areas[0] + areas[1]).max(f32::MIN_POSITIVE)) as f64;
-            if at < share {
-                at /= share;
-                parts[0]
-            } else {
-                at = ((at - share) / (1.0 - share).max(f64::MIN_POSITIVE)).min(1.0 - f64::EPSILON);
-                parts[1]
+        let root;
+        let piece = match &area.piece {
+            Some(piece) => piece,
+            None => {
+                root = forest.root(self.hierarchy, self.side_below(area.node, at));
+                &root
             }
         };
+        let point = piece.polygon.point_at(u, v);
+        let leaf = forest.element_in(piece, point, |_| false);
+        Spot { point, plane: piece.plane, facet: piece.side.facet, leaf }
+    }
+
+    /// The number of the side below a cluster that `at`, in [0, 1), points to when all its area is laid in a row.
+    fn side_below(&self, cluster: u32, at: f64) -> usize {
         let nodes = &self.hierarchy.nodes;
-        let mut element = loop {
-            if let Some(element) = self.element(node) {
-                break element;
-            }
+        let (mut node, mut at) = (cluster, at);
+        // What comes before the share of the first of two halves is left of `at`.
+        let mut is_second = |share: f64| {
+            let is_second = at >= share;
+            at = if is_second { (at - share) / (1.0 - share).max(f64::MIN_POSITIVE) } else { at / share };
+            at = at.min(1.0 - f64::EPSILON);
+            is_second
+        };
+        loop {
             match nodes[node as usize].kind(node) {
                 NodeKind::Cluster(parts) => {
-                    node = descend(parts, parts.map(|part| nodes[part as usize].area));
+                    let [a, b] = parts.map(|part| f64::from(nodes[part as usize].area));
+                    node = parts[usize::from(is_second(a / (a + b).max(f64::MIN_POSITIVE)))];
                 }
                 NodeKind::Leaf(facet) => {
-                    let sides = forest.sides_of(facet);
-                    let parts = [sides.start, sides.end - 1].map(|side| forest.first_element[side]);
-                    break descend(parts, [1.0; 2]);
+                    let sides = self.solution.forest.sides_of(facet);
+                    return if sides.len() > 1 && is_second(0.5) { sides.end - 1 } else { sides.start };
                 }
             }
-        };
-        while forest.second[element as usize] != 0 {
-            let parts = [element + 1, forest.second[element as usize]];
-            element = descend(parts, parts.map(|part| forest.area[part as usize]));
         }
-        element
     }
 
     /// What an element shines by itself, W/m², and its reflectance.
@@ -135,6 +145,23 @@ impl<'a> Subject<'a> {
             [link.receiver, link.source].map(|node| place(self.hierarchy, &self.solution.forest, node));
         format!("to {receiver} from {source}")
     }
+}
+
+/// Where points are picked.
+pub(super) struct Area<'a> {
+    node: u32,
+    /// None of a cluster.
+    piece: Option<Piece<'a>>,
+}
+
+/// A point of a surface.
+pub(super) struct Spot {
+    pub(super) point: DVec3,
+    /// Of the side it lies on.
+    pub(super) plane: Plane,
+    pub(super) facet: u32,
+    /// The leaf element it lies on.
+    pub(super) leaf: u32,
 }
 
 /// Leaf elements, to be picked with a probability proportional to a weight.
