@@ -224,7 +224,7 @@ pub(super) fn against_proofs(subject: &Subject<'_>) -> Errors {
 
 /// The segment between a point of each end, without what lies as good as in the plane of either: surfaces that
 /// overlap in one plane do not block. The rest stays in the shaft of the pair, however flat that is.
-fn segment(subject: &Subject<'_>, areas: &[Area<'_>; 2], seed: u64) -> Option<Segment> {
+fn segment(subject: &Subject<'_>, areas: &[Area; 2], seed: u64) -> Option<Segment> {
     let [a, b, c, d] = PairSequence::new(seed).point(0);
     let receiver = subject.spot(&areas[0], fraction(seed, 1), (a, b));
     let source = subject.spot(&areas[1], fraction(seed, 2), (c, d));

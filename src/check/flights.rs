@@ -80,7 +80,7 @@ pub(super) fn flights(subject: &Subject<'_>, count: u32) -> Flights {
 }
 
 /// A ray from a point of an element; directions are distributed like the cosine.
-pub(super) fn departure(piece: &Piece<'_>, [u, v, s, t]: [f64; 4]) -> Departure {
+pub(super) fn departure(piece: &Piece, [u, v, s, t]: [f64; 4]) -> Departure {
     let normal = piece.plane.normal;
     let (point, direction) = (piece.polygon.point_at(u, v), cosine_direction(normal, s, t));
     Departure { point, normal, facet: piece.side.facet, direction }

@@ -127,8 +127,8 @@ fn covered_by_links(subject: &Subject<'_>, element: u32, even: &Light) -> (f64, 
 }
 
 /// Share of the segments to the source of a link that are clear, weighted by the kernel, and its variance.
-fn clear_share(subject: &Subject<'_>, receiver: &Piece<'_>, link: &Link, even: &Light) -> (f64, f64) {
-    let seed = hash_pair(receiver.id() as u64, link.source as u64);
+fn clear_share(subject: &Subject<'_>, receiver: &Piece, link: &Link, even: &Light) -> (f64, f64) {
+    let seed = hash_pair(receiver.id as u64, link.source as u64);
     let sequence = PairSequence::new(seed);
     let area = subject.area_of(link.source);
     let segments: Vec<(Segment, f64)> = (0..SEGMENTS)

@@ -72,13 +72,13 @@ impl<'a> Subject<'a> {
     }
 
     /// A node as an area to pick points of.
-    pub(super) fn area_of(&self, node: u32) -> Area<'a> {
+    pub(super) fn area_of(&self, node: u32) -> Area {
         Area { node, piece: self.element(node).map(|element| self.piece(element)) }
     }
 
     /// A point of an area. All are equally likely, for both sides of a cluster together, with numbers in [0, 1) at random:
     /// `at` picks a side, `(u, v)` the point on it.
-    pub(super) fn spot(&self, area: &Area<'_>, at: f64, (u, v): (f64, f64)) -> Spot {
+    pub(super) fn spot(&self, area: &Area, at: f64, (u, v): (f64, f64)) -> Spot {
         let forest = &self.solution.forest;
         let root;
         let piece = match &area.piece {
@@ -130,7 +130,7 @@ impl<'a> Subject<'a> {
         self.solution.forest.area[element as usize] as f64
     }
 
-    pub(super) fn piece(&self, element: u32) -> Piece<'a> {
+    pub(super) fn piece(&self, element: u32) -> Piece {
         self.solution.forest.piece(self.hierarchy, element)
     }
 
@@ -148,10 +148,10 @@ impl<'a> Subject<'a> {
 }
 
 /// Where points are picked.
-pub(super) struct Area<'a> {
+pub(super) struct Area {
     node: u32,
     /// None of a cluster.
-    piece: Option<Piece<'a>>,
+    piece: Option<Piece>,
 }
 
 /// A point of a surface.

@@ -135,8 +135,8 @@ struct Sums {
 
 impl Sums {
     /// Both pieces, or one of the two and what is above it in the other solution.
-    fn descend(&mut self, solutions: [&Solution; 2], pieces: [Piece<'_>; 2]) {
-        let is_split = [0, 1].map(|i| solutions[i].forest.second[pieces[i].id() as usize] != 0);
+    fn descend(&mut self, solutions: [&Solution; 2], pieces: [Piece; 2]) {
+        let is_split = [0, 1].map(|i| solutions[i].forest.second[pieces[i].id as usize] != 0);
         let [a, b] = &pieces;
         match is_split {
             [true, true] => {
@@ -146,17 +146,17 @@ impl Sums {
                 self.descend(solutions, [a2, b2]);
             }
             [false, false] => {
-                let area = solutions[0].forest.area[a.id() as usize];
-                self.count(solutions, [a.id(), b.id()], area);
+                let area = solutions[0].forest.area[a.id as usize];
+                self.count(solutions, [a.id, b.id], area);
             }
             _ => {
                 let finer = usize::from(is_split[1]);
                 let forest = &solutions[finer].forest;
-                let mut stack = vec![pieces[finer].id()];
+                let mut stack = vec![pieces[finer].id];
                 while let Some(element) = stack.pop() {
                     match forest.second[element as usize] {
                         0 => {
-                            let mut ids = [a.id(), b.id()];
+                            let mut ids = [a.id, b.id];
                             ids[finer] = element;
                             self.count(solutions, ids, forest.area[element as usize]);
                         }

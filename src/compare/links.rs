@@ -56,7 +56,7 @@ impl<'a> NamedLinks<'a> {
     /// The links of one solution.
     pub fn of(hierarchy: &'a Hierarchy, solution: &'a Solution) -> NamedLinks<'a> {
         let mut keys = vec![0; solution.forest.len()];
-        solution.forest.for_each_element(hierarchy, |piece| keys[piece.id() as usize] = piece.key);
+        solution.forest.for_each_element(hierarchy, |piece| keys[piece.id as usize] = piece.key);
         let clusters = hierarchy.nodes.len();
         let name = |id: u32| match (id as usize).checked_sub(clusters) {
             None => (false, u64::from(id)),

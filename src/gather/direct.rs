@@ -9,7 +9,7 @@ use crate::tracer::Tracer;
 use glam::DVec3;
 
 /// The fronts of all facets that emit.
-pub(super) fn emitters<'a>(hierarchy: &Hierarchy, forest: &'a Forest) -> Vec<Piece<'a>> {
+pub(super) fn emitters(hierarchy: &Hierarchy, forest: &Forest) -> Vec<Piece> {
     (0..hierarchy.facets.len() as u32)
         .filter(|&facet| hierarchy.material(facet).is_emitter())
         .filter_map(|facet| forest.side_index(Side { facet, back: false }))
@@ -22,7 +22,7 @@ pub(super) fn emitters<'a>(hierarchy: &Hierarchy, forest: &'a Forest) -> Vec<Pie
 /// Emitters are cut until every part brings less than its share of the irradiance.
 pub(super) fn direct(
     hierarchy: &Hierarchy,
-    emitters: &[Piece<'_>],
+    emitters: &[Piece],
     tracer: &dyn Tracer,
     at: Spotlit,
     samples: u32,

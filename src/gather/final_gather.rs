@@ -56,7 +56,7 @@ pub struct FinalGather<'a> {
     /// The sides that are gathered from: their numbers, in order.
     pub(super) sources: Vec<usize>,
     /// Those of them that emit.
-    pub(super) lamps: Vec<Piece<'a>>,
+    pub(super) lamps: Vec<Piece>,
     /// What is known of each side.
     pub(super) roles: Vec<Role>,
     pub(super) rays: u32,

@@ -21,8 +21,8 @@ const MOST_RAYS: f64 = 4.0;
 const CUT_AGAIN: f64 = 2.0;
 
 /// One source of light for the points of a node.
-struct Term<'a> {
-    piece: Piece<'a>,
+struct Term {
+    piece: Piece,
     view: InView,
 }
 
@@ -38,16 +38,16 @@ enum InView {
 }
 
 /// A node that the points lie in, with what its links say.
-struct Level<'a> {
+struct Level {
     node: u32,
-    terms: Vec<Term<'a>>,
+    terms: Vec<Term>,
     /// Lamps with the area of the part that is proved visible.
     clear_lamps: Vec<(u32, f32)>,
 }
 
-impl<'a> Level<'a> {
+impl Level {
     /// What the links of one node say.
-    fn of(gather: &FinalGather<'a>, node: u32) -> Level<'a> {
+    fn of(gather: &FinalGather<'_>, node: u32) -> Level {
         let (hierarchy, forest) = (gather.hierarchy, &gather.solution.forest);
         let clusters = hierarchy.nodes.len() as u32;
         let mut level = Level { node, terms: Vec::new(), clear_lamps: Vec::new() };
@@ -88,21 +88,21 @@ impl<'a> Level<'a> {
 /// The nodes above a point, from the root down to its leaf element, and all sources for points on that.
 pub(super) struct Levels<'g, 'a> {
     gather: &'g FinalGather<'a>,
-    levels: Vec<Level<'a>>,
+    levels: Vec<Level>,
     path: Vec<u32>,
-    shining: SentOut<'a, 'g>,
-    sources: Sources<'a>,
+    shining: SentOut<'g>,
+    sources: Sources,
     /// What each of those that rays are for brings to a point.
     brought: Vec<DVec3>,
 }
 
 /// What lights the points of one leaf element.
-struct Sources<'a> {
+struct Sources {
     element: Option<u32>,
     /// In full view.
-    clear: Vec<Source<'a>>,
+    clear: Vec<Source>,
     /// For rays to find out, in parts of which each brings a share.
-    unknown: Vec<Source<'a>>,
+    unknown: Vec<Source>,
     /// Irradiance, sum of the channels, that is worth a ray.
     share: f64,
     /// Irradiance that is too little to look at closer.
@@ -162,7 +162,7 @@ impl<'g, 'a> Levels<'g, 'a> {
         sources.little = UNEVEN * f64::from(known.max_element());
         sources.clear.clear();
         sources.unknown.clear();
-        let mut add = |piece: &Piece<'a>, view: InView| {
+        let mut add = |piece: &Piece, view: InView| {
             if piece.side.facet != side.facet {
                 let source = Source::new(piece.clone(), view == InView::Most, shining);
                 if view == InView::All { sources.clear.push(source) } else { unknown.push(source) }
@@ -171,7 +171,7 @@ impl<'g, 'a> Levels<'g, 'a> {
         for (lamp, piece) in (0..).zip(&gather.lamps) {
             let clear = levels.iter().flat_map(|level| &level.clear_lamps).filter(|clear| clear.0 == lamp);
             let clear: f32 = clear.map(|clear| clear.1).sum();
-            let is_clear = clear >= forest.area[piece.id() as usize] * (1.0 - NEARLY_ALL);
+            let is_clear = clear >= forest.area[piece.id as usize] * (1.0 - NEARLY_ALL);
             add(piece, if is_clear { InView::All } else { InView::Some });
         }
         for term in levels.iter().flat_map(|level| &level.terms) {
@@ -216,9 +216,9 @@ impl<'g, 'a> Levels<'g, 'a> {
 }
 
 /// What a source in full view brings: of one that is not uniform, the sum of its parts.
-fn refined<'a>(source: &Source<'a>, shining: &SentOut<'a, '_>, little: f64, at: Spotlit) -> DVec3 {
+fn refined(source: &Source, shining: &SentOut<'_>, little: f64, at: Spotlit) -> DVec3 {
     let irradiance = source.irradiance(at);
-    let element = source.piece.id() as usize;
+    let element = source.piece.id as usize;
     let (forest, light) = (shining.forest, shining.light);
     let uneven = f64::from(light.variation[element]) / source.exitance.max_element().max(f64::MIN_POSITIVE);
     if forest.second[element] == 0 || 0.5 * uneven * irradiance.max_element() <= little {

@@ -33,9 +33,9 @@ pub(super) struct Neighbour {
 /// What may hold neighbours of a piece.
 #[derive(Clone)]
 #[expect(clippy::large_enum_variant, reason = "most are pieces, and faster in place")]
-enum Candidate<'a> {
+enum Candidate {
     Node(u32),
-    Piece(Piece<'a>),
+    Piece(Piece),
 }
 
 /// A side whose neighbours are looked for.
@@ -47,13 +47,13 @@ pub(super) struct Neighbourhood<'a> {
     /// Of the angle between the normals of neighbours.
     least_cosine: f64,
     /// Handed down from the piece that is visited and those above it.
-    candidates: Vec<Candidate<'a>>,
+    candidates: Vec<Candidate>,
     /// How often something was compared with an element: the measure of the work.
     pub(super) compared: u64,
 }
 
 impl Neighbour {
-    fn new(piece: &Piece<'_>, values: &[Vec3]) -> Neighbour {
+    fn new(piece: &Piece, values: &[Vec3]) -> Neighbour {
         let normal = piece.plane.normal;
         let mut outward = [DVec3::ZERO; MAX_VERTICES];
         for (edge, (a, b)) in outward.iter_mut().zip(piece.polygon.edges()) {
@@ -63,7 +63,7 @@ impl Neighbour {
             facet: piece.side.facet,
             polygon: piece.polygon,
             center: piece.polygon.center(),
-            irradiance: values[piece.id() as usize],
+            irradiance: values[piece.id as usize],
             weight: (piece.polygon.area() / piece.polygon.extent().powi(2).max(f64::MIN_POSITIVE)) as f32,
             normal,
             outward,
@@ -104,7 +104,7 @@ impl<'a> Neighbourhood<'a> {
 
     /// Visits all elements of a side in order; leaves come with all leaf elements that touch their box and
     /// continue their surface, themselves included.
-    pub(super) fn visit(&mut self, side: usize, mut element: impl FnMut(&Piece<'a>, Option<&[Neighbour]>)) {
+    pub(super) fn visit(&mut self, side: usize, mut element: impl FnMut(&Piece, Option<&[Neighbour]>)) {
         let forest = self.forest;
         self.candidates.clear();
         self.candidates.push(Candidate::Node(0));
@@ -112,7 +112,7 @@ impl<'a> Neighbourhood<'a> {
         let mut stack = vec![(forest.root(self.hierarchy, side), 0..1)];
         while let Some((piece, given)) = stack.pop() {
             self.candidates.truncate(given.end);
-            if forest.second[piece.id() as usize] != 0 {
+            if forest.second[piece.id as usize] != 0 {
                 element(&piece, None);
                 self.hand_down(&piece, given.clone());
                 let own = given.end..self.candidates.len();
@@ -128,7 +128,7 @@ impl<'a> Neighbourhood<'a> {
     }
 
     /// Adds what of the given candidates is near an element, in parts no larger than it.
-    fn hand_down(&mut self, piece: &Piece<'a>, given: Range<usize>) {
+    fn hand_down(&mut self, piece: &Piece, given: Range<usize>) {
         let bounds = piece.polygon.bounds();
         let radius = bounds.radius();
         let mut stack = Vec::new();
@@ -149,7 +149,7 @@ impl<'a> Neighbourhood<'a> {
     }
 
     /// All leaf elements among the given candidates that meet a leaf element.
-    fn meeting(&mut self, piece: &Piece<'a>, given: Range<usize>, near: &mut Vec<Neighbour>) {
+    fn meeting(&mut self, piece: &Piece, given: Range<usize>, near: &mut Vec<Neighbour>) {
         let bounds = piece.polygon.bounds();
         let mut stack = Vec::new();
         for index in given {
@@ -176,13 +176,13 @@ impl<'a> Neighbourhood<'a> {
     /// the first on top; false for a leaf element.
     fn divide(
         &mut self,
-        candidate: &Candidate<'a>,
-        piece: &Piece<'_>,
+        candidate: &Candidate,
+        piece: &Piece,
         bounds: &Aabb,
-        stack: &mut Vec<Candidate<'a>>,
+        stack: &mut Vec<Candidate>,
     ) -> bool {
         let (hierarchy, forest, least_cosine) = (self.hierarchy, self.forest, self.least_cosine);
-        let mut push = |part: Candidate<'a>| {
+        let mut push = |part: Candidate| {
             self.compared += 1;
             if part.is_near(piece, bounds, hierarchy) {
                 stack.push(part);
@@ -199,7 +199,7 @@ impl<'a> Neighbourhood<'a> {
                         .for_each(push);
                 }
             },
-            Candidate::Piece(other) if forest.second[other.id() as usize] != 0 => {
+            Candidate::Piece(other) if forest.second[other.id as usize] != 0 => {
                 let [a, b] = other.halves(forest);
                 push(Candidate::Piece(b));
                 push(Candidate::Piece(a));
@@ -210,9 +210,9 @@ impl<'a> Neighbourhood<'a> {
     }
 }
 
-impl Candidate<'_> {
+impl Candidate {
     /// Whether it may touch an element in this box.
-    fn is_near(&self, piece: &Piece<'_>, bounds: &Aabb, hierarchy: &Hierarchy) -> bool {
+    fn is_near(&self, piece: &Piece, bounds: &Aabb, hierarchy: &Hierarchy) -> bool {
         if !self.bounds(hierarchy).overlaps(*bounds, SAME_POINT as f32) {
             return false;
         }

@@ -44,76 +44,76 @@ impl Spotlit {
 }
 
 /// How bright surfaces are, and how they are divided.
-pub(super) trait Shining<'a> {
+pub(super) trait Shining {
     /// W/m².
-    fn exitance(&self, piece: &Piece<'a>) -> DVec3;
+    fn exitance(&self, piece: &Piece) -> DVec3;
 
     /// That at a point of it, if it is not the same everywhere.
-    fn exitance_at(&self, piece: &Piece<'a>, point: DVec3) -> Option<DVec3>;
+    fn exitance_at(&self, piece: &Piece, point: DVec3) -> Option<DVec3>;
 
     /// Two parts of it.
-    fn halves(&self, piece: &Piece<'a>) -> [Piece<'a>; 2];
+    fn halves(&self, piece: &Piece) -> [Piece; 2];
 }
 
 /// What surfaces emit.
 pub(super) struct Emitted<'a>(pub(super) &'a Hierarchy);
 
-impl<'a> Shining<'a> for Emitted<'_> {
-    fn exitance(&self, piece: &Piece<'a>) -> DVec3 {
+impl Shining for Emitted<'_> {
+    fn exitance(&self, piece: &Piece) -> DVec3 {
         self.0.emitted(piece.side).as_dvec3()
     }
 
-    fn exitance_at(&self, _: &Piece<'a>, _: DVec3) -> Option<DVec3> {
+    fn exitance_at(&self, _: &Piece, _: DVec3) -> Option<DVec3> {
         None
     }
 
-    fn halves(&self, piece: &Piece<'a>) -> [Piece<'a>; 2] {
+    fn halves(&self, piece: &Piece) -> [Piece; 2] {
         cut(piece)
     }
 }
 
 /// All that surfaces send out.
 #[derive(Clone, Copy)]
-pub(super) struct SentOut<'a, 'l> {
+pub(super) struct SentOut<'a> {
     pub(super) forest: &'a Forest,
-    pub(super) light: &'l Light,
+    pub(super) light: &'a Light,
 }
 
-impl<'a> Shining<'a> for SentOut<'a, '_> {
-    fn exitance(&self, piece: &Piece<'a>) -> DVec3 {
-        self.light.exitance[piece.id() as usize].as_dvec3()
+impl Shining for SentOut<'_> {
+    fn exitance(&self, piece: &Piece) -> DVec3 {
+        self.light.exitance[piece.id as usize].as_dvec3()
     }
 
-    fn exitance_at(&self, piece: &Piece<'a>, point: DVec3) -> Option<DVec3> {
-        if self.light.is_even(piece.id()) {
+    fn exitance_at(&self, piece: &Piece, point: DVec3) -> Option<DVec3> {
+        if self.light.is_even(piece.id) {
             return None;
         }
         let element = self.forest.element_in(piece, point, |element| self.light.is_even(element));
         Some(self.light.exitance[element as usize].as_dvec3())
     }
 
-    fn halves(&self, piece: &Piece<'a>) -> [Piece<'a>; 2] {
-        if self.forest.second[piece.id() as usize] == 0 { cut(piece) } else { piece.halves(self.forest) }
+    fn halves(&self, piece: &Piece) -> [Piece; 2] {
+        if self.forest.second[piece.id as usize] == 0 { cut(piece) } else { piece.halves(self.forest) }
     }
 }
 
 /// The halves of a piece that is one element, whose parts are none.
-fn cut<'a>(piece: &Piece<'a>) -> [Piece<'a>; 2] {
+fn cut(piece: &Piece) -> [Piece; 2] {
     piece.polygon.bisect().map(|polygon| piece.part(polygon))
 }
 
 /// A surface that shines, or a part of one.
-pub(super) struct Source<'a> {
+pub(super) struct Source {
     shape: SourceShape,
     /// W/m².
     pub(super) exitance: DVec3,
-    pub(super) piece: Piece<'a>,
+    pub(super) piece: Piece,
     /// Most of it is probably in view.
     is_mostly_seen: bool,
 }
 
-impl<'a> Source<'a> {
-    pub(super) fn new(piece: Piece<'a>, is_mostly_seen: bool, shining: &impl Shining<'a>) -> Source<'a> {
+impl Source {
+    pub(super) fn new(piece: Piece, is_mostly_seen: bool, shining: &impl Shining) -> Source {
         let shape = SourceShape::of(&piece.polygon, piece.plane);
         Source { shape, exitance: shining.exitance(&piece), piece, is_mostly_seen }
     }
@@ -124,19 +124,13 @@ impl<'a> Source<'a> {
     }
 
     /// Its two parts.
-    pub(super) fn halves(&self, shining: &impl Shining<'a>) -> [Source<'a>; 2] {
+    pub(super) fn halves(&self, shining: &impl Shining) -> [Source; 2] {
         shining.halves(&self.piece).map(|half| Source::new(half, self.is_mostly_seen, shining))
     }
 
     /// Hands over itself, or its parts, so that none brings more than `share` to a point, sum of the channels; parts
     /// that bring nothing are left out.
-    pub(super) fn cut(
-        self,
-        share: f64,
-        shining: &impl Shining<'a>,
-        at: Spotlit,
-        take: &mut impl FnMut(Source<'a>),
-    ) {
+    pub(super) fn cut(self, share: f64, shining: &impl Shining, at: Spotlit, take: &mut impl FnMut(Source)) {
         let mut stack = vec![(self, 0)];
         while let Some((source, cuts)) = stack.pop() {
             let brought = source.irradiance(at).element_sum();
@@ -172,7 +166,7 @@ impl<'a> Arriving<'a> {
     ///
     /// What is bright of a source is seen more often than what is dark, so how bright it is counts where a ray decides:
     /// of one that is mostly seen, what is hidden is taken away; of another, what is seen is added.
-    pub(super) fn add<'s>(&mut self, source: &Source<'s>, irradiance: DVec3, shining: &impl Shining<'s>) {
+    pub(super) fn add(&mut self, source: &Source, irradiance: DVec3, shining: &impl Shining) {
         let chance = (4.0 * irradiance.element_sum() / self.share).min(1.0);
         self.due += chance;
         if chance < 1.0 && self.due < 1.0 {
@@ -196,7 +190,7 @@ impl<'a> Arriving<'a> {
     }
 
     /// A point of a polygon, with about the probability by which points of it count.
-    fn point_of(&mut self, polygon: &Polygon, source: &Source<'_>) -> DVec3 {
+    fn point_of(&mut self, polygon: &Polygon, source: &Source) -> DVec3 {
         let at = self.rays.at;
         let mut next = || {
             // One point after the other would lie in the same halves of all parts that are the first of two.

@@ -36,7 +36,7 @@ pub struct Gatherer<'a> {
     hierarchy: &'a Hierarchy,
     tracer: &'a dyn Tracer,
     solution: &'a Solution,
-    emitters: Vec<Piece<'a>>,
+    emitters: Vec<Piece>,
     samples: u32,
 }
 

@@ -117,7 +117,7 @@ impl<'a> Reconstruction<'a> {
         let forest = self.forest;
         let index = forest.side_index(side)?;
         let piece = forest.leaf_on(self.hierarchy, index, point);
-        let (element, normal) = (piece.id(), piece.plane.normal);
+        let (element, normal) = (piece.id, piece.plane.normal);
         let irradiance = self.irradiance_on(element, index, normal, point);
         Some(Spot { element, polygon: piece.polygon, irradiance, side, index, normal })
     }
@@ -192,7 +192,7 @@ impl<'a> Reconstruction<'a> {
     fn corner_value<'n>(
         &self,
         corner: DVec3,
-        piece: &Piece<'_>,
+        piece: &Piece,
         near: impl Iterator<Item = &'n Neighbour>,
     ) -> Vec3 {
         let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
@@ -203,11 +203,11 @@ impl<'a> Reconstruction<'a> {
                 weights += other.weight;
             }
         }
-        if weights > 0.0 { sum / weights } else { self.irradiance[piece.id() as usize] }
+        if weights > 0.0 { sum / weights } else { self.irradiance[piece.id as usize] }
     }
 
     /// Whether something stands on the facet between two of its elements, or covers one of them.
-    fn is_parted(&self, piece: &Piece<'_>, other: &Neighbour) -> bool {
+    fn is_parted(&self, piece: &Piece, other: &Neighbour) -> bool {
         let (from, to, normal) = (piece.polygon.center(), other.center, piece.plane.normal);
         let side = |a: DVec3, b: DVec3, point: DVec3| (b - a).cross(point - a).dot(normal) > 0.0;
         self.hierarchy

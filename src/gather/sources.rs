@@ -44,7 +44,7 @@ pub(super) fn gathered_light(gather: &FinalGather<'_>) -> Light {
     for (cell, [found, known]) in cells.iter().zip(sums) {
         let gain = found / known.max(Vec3::splat(f32::MIN_POSITIVE));
         let gain = gain.clamp(Vec3::splat(1.0 / MOST), Vec3::splat(MOST));
-        let mut stack = vec![cell.id()];
+        let mut stack = vec![cell.id];
         while let Some(element) = stack.pop() {
             irradiance[element as usize] *= gain;
             let second = forest.second[element as usize];
@@ -58,7 +58,7 @@ pub(super) fn gathered_light(gather: &FinalGather<'_>) -> Light {
 }
 
 /// The elements of the sources that are leaves, or no larger than a cell.
-fn cells<'a>(hierarchy: &Hierarchy, solution: &'a Solution, sources: &[usize]) -> Vec<Piece<'a>> {
+fn cells(hierarchy: &Hierarchy, solution: &Solution, sources: &[usize]) -> Vec<Piece> {
     let forest = &solution.forest;
     let area = |element: u32| f64::from(forest.area[element as usize]);
     let all: f64 = sources.iter().map(|&side| area(forest.first_element[side])).sum();
@@ -66,7 +66,7 @@ fn cells<'a>(hierarchy: &Hierarchy, solution: &'a Solution, sources: &[usize]) -
     for &side in sources {
         let mut stack = vec![forest.root(hierarchy, side)];
         while let Some(piece) = stack.pop() {
-            if forest.second[piece.id() as usize] != 0 && area(piece.id()) > all / CELLS {
+            if forest.second[piece.id as usize] != 0 && area(piece.id) > all / CELLS {
                 let [a, b] = piece.halves(forest);
                 stack.extend([b, a]);
             } else {

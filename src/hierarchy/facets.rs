@@ -14,6 +14,15 @@ const MAX_OUTLINE: usize = 64;
 /// Edges between two reports of progress.
 const ADVANCE: usize = 4096;
 
+/// One side of a facet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Side {
+    /// Facet id.
+    pub facet: u32,
+    /// Seen from behind.
+    pub back: bool,
+}
+
 /// A convex planar polygon of one material.
 #[derive(Clone, Copy, Debug)]
 pub struct Facet {

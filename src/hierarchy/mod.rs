@@ -1,10 +1,9 @@
 //! The hierarchy of bounding boxes (HBB): coplanar triangles are merged into convex facets, facets
 //! are gathered into clusters, and both are numbered in depth-first order, so that **every node is
-//! one interval of facet ids**. Below the facets hang the trees of elements. \[GH96\]
+//! one interval of facet ids**. \[GH96\]
 
 mod cells;
 mod contacts;
-mod elements;
 mod facets;
 mod fingerprint;
 mod frame;
@@ -19,8 +18,7 @@ pub(crate) use cells::is_behind;
 pub use cells::{Cell, Wall};
 pub(crate) use contacts::within;
 pub use contacts::{Contact, Contacts};
-pub use elements::{ElementTree, Side};
-pub use facets::Facet;
+pub use facets::{Facet, Side};
 pub use fingerprint::Fingerprint;
 pub use frame::Frame;
 pub(crate) use gaps::Effort;

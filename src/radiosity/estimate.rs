@@ -20,9 +20,9 @@ const UNEVEN: f64 = 0.25;
 /// A node of a pair, with the light it sends.
 #[derive(Clone, Debug)]
 #[expect(clippy::large_enum_variant, reason = "elements are most of them, and made far too often for a box")]
-pub(super) enum Party<'a> {
+pub(super) enum Party {
     Element {
-        piece: Piece<'a>,
+        piece: Piece,
         area: f64,
         /// Largest channel of its exitance; of the nearest solved ancestor when it is new.
         exitance: f64,
@@ -32,28 +32,28 @@ pub(super) enum Party<'a> {
     Cluster(u32),
 }
 
-impl<'a> Party<'a> {
+impl Party {
     /// The node with this id, as links store it.
-    pub(super) fn of_id(id: u32, hierarchy: &Hierarchy, forest: &'a Forest, light: &Light) -> Party<'a> {
+    pub(super) fn of_id(id: u32, hierarchy: &Hierarchy, forest: &Forest, light: &Light) -> Party {
         match id.checked_sub(hierarchy.nodes.len() as u32) {
             None => Party::Cluster(id),
             Some(element) => Party::of_piece(forest.piece(hierarchy, element), light),
         }
     }
 
-    pub(super) fn of_piece(piece: Piece<'a>, light: &Light) -> Party<'a> {
-        let id = piece.id() as usize;
+    pub(super) fn of_piece(piece: Piece, light: &Light) -> Party {
+        let id = piece.id as usize;
         let (exitance, variation) = (light.exitance[id].max_element() as f64, light.variation[id] as f64);
         Party::Element { area: piece.polygon.area(), piece, exitance, variation }
     }
 
     /// The nodes it is split into: two halves, or what the cluster holds.
-    pub(super) fn parts(&self, hierarchy: &Hierarchy, forest: &'a Forest, light: &Light) -> Vec<Party<'a>> {
+    pub(super) fn parts(&self, hierarchy: &Hierarchy, forest: &Forest, light: &Light) -> Vec<Party> {
         match self {
             Party::Element { piece, exitance, .. } => piece
                 .halves(forest)
                 .map(|half| {
-                    if (half.id() as usize) < light.exitance.len() {
+                    if (half.id as usize) < light.exitance.len() {
                         Party::of_piece(half, light)
                     } else {
                         Party::Element {
@@ -74,12 +74,7 @@ impl<'a> Party<'a> {
     }
 
     /// A cluster, or both sides of a leaf's facet.
-    pub(super) fn of_node(
-        node: u32,
-        hierarchy: &Hierarchy,
-        forest: &'a Forest,
-        light: &Light,
-    ) -> Vec<Party<'a>> {
+    pub(super) fn of_node(node: u32, hierarchy: &Hierarchy, forest: &Forest, light: &Light) -> Vec<Party> {
         let n = &hierarchy.nodes[node as usize];
         if !n.is_leaf() {
             return vec![Party::Cluster(node)];
@@ -101,7 +96,7 @@ impl<'a> Party<'a> {
     }
 
     /// The part that faces `other`, when both are elements.
-    pub(super) fn part_facing(&self, other: &Party<'_>) -> Option<Polygon> {
+    pub(super) fn part_facing(&self, other: &Party) -> Option<Polygon> {
         match (self, other) {
             (Party::Element { piece, .. }, Party::Element { piece: other, .. }) => facing_part(piece, other),
             _ => None,
@@ -111,7 +106,7 @@ impl<'a> Party<'a> {
     /// Node id as links store it.
     pub(super) fn id(&self, hierarchy: &Hierarchy) -> u32 {
         match self {
-            Party::Element { piece, .. } => hierarchy.nodes.len() as u32 + piece.id(),
+            Party::Element { piece, .. } => hierarchy.nodes.len() as u32 + piece.id,
             Party::Cluster(node) => *node,
         }
     }
@@ -171,7 +166,7 @@ impl<'a> Party<'a> {
     }
 
     /// Whether any of it lies in front of an element's plane.
-    fn reaches_in_front_of(&self, hierarchy: &Hierarchy, other: &Party<'_>) -> bool {
+    fn reaches_in_front_of(&self, hierarchy: &Hierarchy, other: &Party) -> bool {
         match other {
             Party::Element { piece, .. } => self.heights(hierarchy, &piece.plane).1 > TOLERANCE,
             Party::Cluster(_) => true,
@@ -202,8 +197,8 @@ pub(super) struct Estimate {
 
 /// Figures of the link from `source` to `receiver`; `None` when they face away from each other.
 pub(super) fn estimate(
-    receiver: &Party<'_>,
-    source: &Party<'_>,
+    receiver: &Party,
+    source: &Party,
     hierarchy: &Hierarchy,
     light: &Light,
 ) -> Option<Estimate> {
@@ -225,8 +220,8 @@ pub(super) fn estimate(
 /// Figures of a link that is there already.
 pub(super) fn estimate_of_link(
     link: &Link,
-    receiver: &Party<'_>,
-    source: &Party<'_>,
+    receiver: &Party,
+    source: &Party,
     hierarchy: &Hierarchy,
     light: &Light,
 ) -> Option<Estimate> {
@@ -263,7 +258,7 @@ struct Factor {
 }
 
 /// Mean form factor over the receiver by a few points, and how much it differs; `None` when it is 0 everywhere.
-fn element_factor(receiver: &Piece<'_>, source: &Piece<'_>) -> Option<Factor> {
+fn element_factor(receiver: &Piece, source: &Piece) -> Option<Factor> {
     let (lit, shining) = (facing_part(receiver, source)?, facing_part(source, receiver)?);
     let (area, lit_area) = (receiver.polygon.area(), lit.area());
     let share = lit_area / area;
@@ -293,7 +288,7 @@ fn element_factor(receiver: &Piece<'_>, source: &Piece<'_>) -> Option<Factor> {
 }
 
 /// The mean form factor over the receiver by more points: where it differs much over the polygon, as near a contact.
-pub(super) fn refined_factor(receiver: &Piece<'_>, source: &Piece<'_>) -> Option<f64> {
+pub(super) fn refined_factor(receiver: &Piece, source: &Piece) -> Option<f64> {
     let (lit, shining) = (facing_part(receiver, source)?, facing_part(source, receiver)?);
     let (lit_area, shining_area) = (lit.area(), shining.area());
     let (over, over_area, normal, other) =
@@ -308,12 +303,12 @@ pub(super) fn refined_factor(receiver: &Piece<'_>, source: &Piece<'_>) -> Option
 /// The contour formula is exact over the one of larger area, and what the source sends to the receiver is what the
 /// receiver gets, `A_i F_ij = A_j F_ji`, so the mean is taken over the smaller one. Of two alike it is the same one both
 /// ways.
-fn is_taken_over_source((receiver, lit): (&Piece<'_>, f64), (source, shining): (&Piece<'_>, f64)) -> bool {
+fn is_taken_over_source((receiver, lit): (&Piece, f64), (source, shining): (&Piece, f64)) -> bool {
     lit > shining || lit == shining && receiver.key > source.key
 }
 
 /// The part of a piece that lies in front of the other's plane: the rest has no part in their exchange.
-fn facing_part(piece: &Piece<'_>, other: &Piece<'_>) -> Option<Polygon> {
+fn facing_part(piece: &Piece, other: &Piece) -> Option<Polygon> {
     let lifted = Plane { offset: other.plane.offset + TOLERANCE, ..other.plane };
     piece.polygon.clipped(&lifted)
 }
@@ -383,7 +378,7 @@ struct InFront {
 
 impl InFront {
     /// Of a node that reaches in front of the plane.
-    fn of(party: &Party<'_>, hierarchy: &Hierarchy, plane: &Plane) -> InFront {
+    fn of(party: &Party, hierarchy: &Hierarchy, plane: &Plane) -> InFront {
         let (low, high) = party.heights(hierarchy, plane);
         let center = plane.distance(party.center(hierarchy));
         if low >= 0.0 {
@@ -394,12 +389,7 @@ impl InFront {
 }
 
 /// Figures of a link with a cluster at one end or both.
-fn cluster_estimate(
-    receiver: &Party<'_>,
-    source: &Party<'_>,
-    hierarchy: &Hierarchy,
-    light: &Light,
-) -> Estimate {
+fn cluster_estimate(receiver: &Party, source: &Party, hierarchy: &Hierarchy, light: &Light) -> Estimate {
     let to_source = source.center(hierarchy) - receiver.center(hierarchy);
     let reach = receiver.radius(hierarchy) + source.radius(hierarchy);
     let distance = to_source.length();

@@ -3,20 +3,20 @@
 use super::cuts::Cuts;
 use super::lines::{Lines, flat};
 use super::reflectance::{Means, Measuring, Reflectance};
-use crate::hierarchy::{ElementTree, Hierarchy, Side};
+use super::splits::Splits;
+use crate::hierarchy::{Hierarchy, Side};
 use crate::math::{Plane, Polygon, hash_pair};
 use crate::tracer::{Hit, Ray};
 use glam::{DVec2, DVec3, Vec3};
-use std::sync::atomic::AtomicU32;
 
-/// Element trees of all sides, and their numbering.
+/// The elements of all sides, and their numbering.
 ///
 /// Element ids run through the sides in order, and through each tree in depth-first order: the first
 /// half of element `e` is `e + 1`, the second is `second[e]`.
 #[derive(Debug)]
 pub struct Forest {
     sides_per_facet: u32,
-    trees: Vec<ElementTree>,
+    side_count: usize,
     cuts: Cuts,
     lines: Lines,
     /// First element of each side, with the total number at the end.
@@ -31,14 +31,15 @@ pub struct Forest {
     /// Centre of each element, local coordinates.
     pub center: Vec<Vec3>,
     means: Means,
-    next_id: AtomicU32,
+    /// What was divided since.
+    splits: Splits,
 }
 
 /// An element with its geometry.
 #[derive(Clone, Debug)]
-pub struct Piece<'a> {
-    /// Where it hangs in its tree.
-    pub tree: &'a ElementTree,
+pub struct Piece {
+    /// Holds until elements are numbered anew.
+    pub id: u32,
     /// Outline, counter-clockwise from the lit side.
     pub polygon: Polygon,
     /// Plane; the front is the lit side.
@@ -64,9 +65,9 @@ pub struct Leaf {
     pub id: u32,
 }
 
-impl<'a> Piece<'a> {
+impl Piece {
     /// Both halves; splits the tree if need be.
-    pub fn halves(&self, forest: &'a Forest) -> [Piece<'a>; 2] {
+    pub fn halves(&self, forest: &Forest) -> [Piece; 2] {
         [0, 1].map(|half| {
             let mut part = self.clone();
             part.keep_half(forest, half);
@@ -75,20 +76,20 @@ impl<'a> Piece<'a> {
     }
 
     /// A part of it, which is no element: with this outline, and otherwise like the whole.
-    pub fn part(&self, polygon: Polygon) -> Piece<'a> {
+    pub fn part(&self, polygon: Polygon) -> Piece {
         Piece { polygon, ..self.clone() }
     }
 
     /// Becomes one of its halves; splits the tree if need be.
-    fn keep_half(&mut self, forest: &'a Forest, half: usize) {
-        if let Some(second) = forest.second_of(self.id()) {
-            self.line = line_below(self.line, self.id(), second, half);
+    fn keep_half(&mut self, forest: &Forest, half: usize) {
+        if let Some(second) = forest.second_of(self.id) {
+            self.line = line_below(self.line, self.id, second, half);
         }
         let below = forest.cuts.keep_part(&mut self.polygon, self.cut, self.side.back, half);
-        self.tree = &self.tree.split(&forest.next_id)[half];
+        self.id = forest.split(self.id)[half];
         self.key = hash_pair(self.key, half as u64 + 1);
         if forest.cuts.is_between_cells(self.cut) {
-            self.cell = self.tree.id();
+            self.cell = self.id;
         }
         self.cut = below;
     }
@@ -102,11 +103,6 @@ impl<'a> Piece<'a> {
             outline
         })
     }
-
-    /// The id of the element at this moment.
-    pub fn id(&self) -> u32 {
-        self.tree.id()
-    }
 }
 
 /// Finds one element after the other: those of a side in ascending order cost little, since what is above both of
@@ -115,7 +111,7 @@ pub struct Way<'a> {
     hierarchy: &'a Hierarchy,
     forest: &'a Forest,
     /// The elements above the last one and itself, each with the first id that is no longer below it.
-    pieces: Vec<(Piece<'a>, u32)>,
+    pieces: Vec<(Piece, u32)>,
 }
 
 impl<'a> Way<'a> {
@@ -125,18 +121,18 @@ impl<'a> Way<'a> {
     }
 
     /// An element with its geometry.
-    pub fn to(&mut self, element: u32) -> &Piece<'a> {
-        while self.pieces.pop_if(|(piece, end)| element < piece.id() || element >= *end).is_some() {}
+    pub fn to(&mut self, element: u32) -> &Piece {
+        while self.pieces.pop_if(|(piece, end)| element < piece.id || element >= *end).is_some() {}
         if self.pieces.is_empty() {
             let side = self.forest.side_of(element);
             self.pieces.push((self.forest.root(self.hierarchy, side), self.forest.first_element[side + 1]));
         }
         loop {
             let (piece, end) = &self.pieces[self.pieces.len() - 1];
-            if piece.id() == element {
+            if piece.id == element {
                 break;
             }
-            let second = self.forest.second[piece.id() as usize];
+            let second = self.forest.second[piece.id as usize];
             let (half, end) = if element < second { (0, second) } else { (1, *end) };
             let mut below = piece.clone();
             below.keep_half(self.forest, half);
@@ -172,7 +168,7 @@ impl Forest {
     /// One element for each side, or as many as the lines make where other surfaces stand on it or cover it.
     pub fn new(hierarchy: &Hierarchy) -> Forest {
         let mut forest = Forest::undivided(hierarchy);
-        for side in 0..forest.trees.len() {
+        for side in 0..forest.side_count {
             let mut stack = vec![forest.root(hierarchy, side)];
             while let Some(piece) = stack.pop() {
                 if forest.cuts.is_between_cells(piece.cut) {
@@ -190,14 +186,14 @@ impl Forest {
         let mut forest = Forest::undivided(hierarchy);
         let mut is_split = is_split.iter();
         let mut stack = Vec::new();
-        for tree in &forest.trees {
-            stack.push((tree, 0));
-            while let Some((tree, depth)) = stack.pop() {
+        for root in 0..forest.side_count as u32 {
+            stack.push((root, 0));
+            while let Some((element, depth)) = stack.pop() {
                 if *is_split.next()? {
                     if depth == DEEPEST {
                         return None;
                     }
-                    let [a, b] = tree.split(&forest.next_id);
+                    let [a, b] = forest.split(element);
                     stack.extend([(b, depth + 1), (a, depth + 1)]);
                 }
             }
@@ -214,7 +210,7 @@ impl Forest {
         let count = hierarchy.facets.len() as u32 * hierarchy.sides();
         Forest {
             sides_per_facet: hierarchy.sides(),
-            trees: (0..count).map(ElementTree::new).collect(),
+            side_count: count as usize,
             cuts: Cuts::of(hierarchy),
             lines: Lines::default(),
             first_element: Vec::new(),
@@ -223,8 +219,15 @@ impl Forest {
             area: Vec::new(),
             center: Vec::new(),
             means: Means::default(),
-            next_id: AtomicU32::new(count),
+            splits: Splits::new(count),
         }
+    }
+
+    /// Bytes that their numbering takes.
+    pub(super) fn bytes(&self) -> u64 {
+        let Forest { first_element, cell, second, area, center, .. } = self;
+        let by_element = size_of_val(&cell[..]) + size_of_val(&second[..]) + size_of_val(&area[..]);
+        (size_of_val(&first_element[..]) + by_element + size_of_val(&center[..])) as u64 + self.lines.bytes()
     }
 
     /// Number of elements at the last numbering.
@@ -244,7 +247,7 @@ impl Forest {
 
     /// Number of sides.
     pub fn side_count(&self) -> usize {
-        self.trees.len()
+        self.side_count
     }
 
     /// The side with this number.
@@ -297,15 +300,20 @@ impl Forest {
     }
 
     /// The undivided element of a side.
-    pub fn root(&self, hierarchy: &Hierarchy, index: usize) -> Piece<'_> {
+    pub fn root(&self, hierarchy: &Hierarchy, index: usize) -> Piece {
         let side = self.side(index);
         let polygon = hierarchy.side_polygon(side);
         let plane = hierarchy.facets[side.facet as usize].plane;
         let plane = if side.back { plane.flipped() } else { plane };
         let cut = self.cuts.first(side.facet);
-        let tree = &self.trees[index];
-        let (line, cell) = (self.first_line(index), tree.id());
-        Piece { tree, polygon, plane, side, key: hash_pair(index as u64, 0), cut, line, cell }
+        let id = self.root_id(index);
+        let line = self.first_line(index);
+        Piece { id, polygon, plane, side, key: hash_pair(index as u64, 0), cut, line, cell: id }
+    }
+
+    /// The id of the undivided element of a side; before elements are numbered for the first time that of the side.
+    fn root_id(&self, index: usize) -> u32 {
+        self.first_element.get(index).copied().unwrap_or(index as u32)
     }
 
     /// The line of the undivided element of a side: those before it have as many lines as they have halves.
@@ -316,6 +324,16 @@ impl Forest {
     /// The second half of an element that was divided at the last numbering.
     fn second_of(&self, id: u32) -> Option<u32> {
         self.second.get(id as usize).copied().filter(|&second| second != 0)
+    }
+
+    /// Both halves of an element, which is divided if need be.
+    fn split(&self, id: u32) -> [u32; 2] {
+        self.second_of(id).map_or_else(|| self.splits.split(id), |second| [id + 1, second])
+    }
+
+    /// Both halves of an element, if it is divided.
+    fn halves_of(&self, id: u32) -> Option<[u32; 2]> {
+        self.second_of(id).map(|second| [id + 1, second]).or_else(|| self.splits.halves(id))
     }
 
     /// The number of the side an element belongs to.
@@ -334,22 +352,22 @@ impl Forest {
     }
 
     /// An element with its geometry, found from the root of its side.
-    pub fn piece(&self, hierarchy: &Hierarchy, element: u32) -> Piece<'_> {
+    pub fn piece(&self, hierarchy: &Hierarchy, element: u32) -> Piece {
         let mut piece = self.root(hierarchy, self.side_of(element));
-        while piece.id() != element {
-            let half = usize::from(element >= self.second[piece.id() as usize]);
+        while piece.id != element {
+            let half = usize::from(element >= self.second[piece.id as usize]);
             piece.keep_half(self, half);
         }
         piece
     }
 
     /// Visits every element, inner and leaf, with its geometry.
-    pub fn for_each_element<'a>(&'a self, hierarchy: &Hierarchy, mut visit: impl FnMut(&Piece<'a>)) {
+    pub fn for_each_element(&self, hierarchy: &Hierarchy, mut visit: impl FnMut(&Piece)) {
         for side in 0..self.side_count() {
             let mut stack = vec![self.root(hierarchy, side)];
             while let Some(piece) = stack.pop() {
                 visit(&piece);
-                if self.second[piece.id() as usize] != 0 {
+                if self.second[piece.id as usize] != 0 {
                     stack.extend(piece.halves(self));
                 }
             }
@@ -385,8 +403,8 @@ impl Forest {
 
     /// The id of the element at a point of a piece: the first on the way down to its leaf that `is_enough` holds for,
     /// else the leaf.
-    pub fn element_in(&self, piece: &Piece<'_>, point: DVec3, is_enough: impl Fn(u32) -> bool) -> u32 {
-        let mut last = piece.id();
+    pub fn element_in(&self, piece: &Piece, point: DVec3, is_enough: impl Fn(u32) -> bool) -> u32 {
+        let mut last = piece.id;
         for id in self.elements_at(last, piece.line, flat(piece.plane.normal, point)) {
             last = id;
             if is_enough(id) {
@@ -400,14 +418,14 @@ impl Forest {
     /// that `is_enough` holds for, else the leaf. The points are put in order for that.
     pub(super) fn visit_elements_in<T>(
         &self,
-        piece: &Piece<'_>,
+        piece: &Piece,
         points: &mut [T],
         position: &impl Fn(&T) -> DVec3,
         is_enough: &impl Fn(u32) -> bool,
         visit: &mut impl FnMut(u32, &[T]),
     ) {
         let position = |point: &T| flat(piece.plane.normal, position(point));
-        self.visit_below(piece.id(), piece.line, points, &position, is_enough, visit);
+        self.visit_below(piece.id, piece.line, points, &position, is_enough, visit);
     }
 
     fn visit_below<T>(
@@ -443,10 +461,10 @@ impl Forest {
     }
 
     /// The leaf element at a point on the side with this number, with its geometry.
-    pub fn leaf_on(&self, hierarchy: &Hierarchy, index: usize, point: DVec3) -> Piece<'_> {
+    pub fn leaf_on(&self, hierarchy: &Hierarchy, index: usize, point: DVec3) -> Piece {
         let mut piece = self.root(hierarchy, index);
         let point = flat(piece.plane.normal, point);
-        while self.second[piece.id() as usize] != 0 {
+        while self.second[piece.id as usize] != 0 {
             let half = self.lines.half(piece.line, point);
             piece.keep_half(self, half);
         }
@@ -463,54 +481,53 @@ impl Forest {
     ///
     /// The result depends on which elements exist, not on who made them first.
     pub fn renumber(&mut self, hierarchy: &Hierarchy) -> Vec<u32> {
-        let total = *self.next_id.get_mut() as usize;
+        let total = self.splits.end() as usize;
         let mut new_from_old = vec![0; total];
-        let mut first_element = Vec::with_capacity(self.trees.len() + 1);
+        let mut first_element = Vec::with_capacity(self.side_count + 1);
         let mut cell = Vec::with_capacity(total);
         let mut second = Vec::with_capacity(total);
         let mut area = Vec::with_capacity(total);
         let mut center = Vec::with_capacity(total);
-        let mut lines = Lines::with_capacity((total - self.trees.len()) / 2);
+        let mut lines = Lines::with_capacity(total.saturating_sub(self.side_count) / 2);
         let mut stack = Vec::new();
         let mut measuring = Measuring::new(hierarchy);
-        for (index, tree) in self.trees.iter().enumerate() {
+        for index in 0..self.side_count {
             first_element.push(second.len() as u32);
             measuring.begin_side(self.side(index).facet);
             let root = self.root(hierarchy, index);
-            stack.push((tree, root.polygon, root.cut, None, None));
-            while let Some((tree, outline, cut, own_cell, parent)) = stack.pop() {
+            stack.push((root.id, root.polygon, root.cut, None, None));
+            while let Some((old, outline, cut, own_cell, parent)) = stack.pop() {
                 let id = second.len() as u32;
                 let own_cell = own_cell.unwrap_or(id);
                 cell.push(own_cell);
                 if let Some(parent) = parent {
                     second[parent as usize] = id;
                 }
-                let is_leaf = tree.halves().is_none();
-                measuring.add(is_leaf.then_some(&outline), || self.mean_before(index, tree.id()));
-                new_from_old[tree.id() as usize] = id;
-                tree.set_id(id);
+                let halves = self.halves_of(old);
+                measuring.add(halves.is_none().then_some(&outline), || self.mean_before(index, old));
+                new_from_old[old as usize] = id;
                 second.push(0);
                 area.push(outline.area() as f32);
                 center.push(outline.center().as_vec3());
-                if let Some([a, b]) = tree.halves() {
+                if let Some([a, b]) = halves {
                     lines.push(&self.cuts.across(&outline, cut, root.plane.normal), &root.plane);
                     let below = (!self.cuts.is_between_cells(cut)).then_some(own_cell);
-                    for (half, tree, parent) in [(1, b, Some(id)), (0, a, None)] {
+                    for (half, old, parent) in [(1, b, Some(id)), (0, a, None)] {
                         let mut part = outline;
                         let cut = self.cuts.keep_part(&mut part, cut, root.side.back, half);
-                        stack.push((tree, part, cut, below, parent));
+                        stack.push((old, part, cut, below, parent));
                     }
                 }
             }
         }
         first_element.push(second.len() as u32);
-        debug_assert_eq!(second.len(), total);
         self.first_element = first_element;
         self.cell = cell;
         self.second = second;
         self.area = area;
         self.center = center;
         self.lines = lines;
+        self.splits = Splits::new(self.second.len() as u32);
         self.means = measuring.finish(&self.first_element, |element| {
             let second = self.second[element as usize];
             (second != 0).then(|| [element + 1, second].map(|half| (half, self.area[half as usize])))

@@ -46,6 +46,10 @@ impl Lines {
         self.lines.push([a, b, c].map(|x| (x * scale) as f32));
     }
 
+    pub(super) fn bytes(&self) -> u64 {
+        size_of_val(&self.lines[..]) as u64
+    }
+
     /// In which half of the element with this line a flat point lies.
     pub(super) fn half(&self, line: u32, point: DVec2) -> usize {
         let [a, b, c] = self.lines[line as usize].map(f64::from);

@@ -24,6 +24,7 @@ mod reflectance;
 mod relight;
 mod shading;
 mod solve;
+mod splits;
 mod strays;
 mod transport;
 mod work;

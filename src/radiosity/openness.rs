@@ -419,13 +419,7 @@ impl Arriving {
 }
 
 /// Adds where the rays of one leaf element end.
-fn add_kept(
-    hierarchy: &Hierarchy,
-    forest: &Forest,
-    tracer: &dyn Tracer,
-    piece: &Piece<'_>,
-    all: &mut Vec<Kept>,
-) {
+fn add_kept(hierarchy: &Hierarchy, forest: &Forest, tracer: &dyn Tracer, piece: &Piece, all: &mut Vec<Kept>) {
     let sequence = PairSequence::new(0);
     let (normal, facet) = (piece.plane.normal, piece.side.facet);
     let departures: [Departure; RAYS] = std::array::from_fn(|i| {
@@ -453,7 +447,7 @@ fn add_kept(
     // Beside a wall half of the rays end at it, yet nothing keeps light off: so rays count in pairs that mirror each
     // other, and one of the two that goes far is enough. Nor does it matter in a room where some of the pairs end.
     let widths: Vec<f32> =
-        forest.above(piece.id()).map(|element| forest.area[element as usize].sqrt()).collect();
+        forest.above(piece.id).map(|element| forest.area[element as usize].sqrt()).collect();
     let mut counts: Vec<usize> = hits
         .chunks(2)
         .filter_map(|pair| {

@@ -33,7 +33,7 @@ impl Quarters {
 
     /// The weights for light from `source` to `receiver`. The larger of the two counts in full, the
     /// smaller by its middle, or that of each quarter.
-    pub(super) fn of(receiver: &Piece<'_>, source: &Piece<'_>, forest: &Forest) -> Quarters {
+    pub(super) fn of(receiver: &Piece, source: &Piece, forest: &Forest) -> Quarters {
         let (center, extent) = (receiver.polygon.center(), source.polygon.extent());
         if extent < SMALL * center.distance(source.polygon.center()) {
             return Quarters::UNIFORM;

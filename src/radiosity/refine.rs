@@ -122,12 +122,12 @@ impl Output {
 }
 
 /// Whether a cluster lights itself.
-fn is_same(receiver: &Party<'_>, source: &Party<'_>) -> bool {
+fn is_same(receiver: &Party, source: &Party) -> bool {
     matches!((receiver, source), (Party::Cluster(a), Party::Cluster(b)) if a == b)
 }
 
 /// Whether both are of one facet, which does not see itself.
-fn share_facet(a: &Party<'_>, b: &Party<'_>) -> bool {
+fn share_facet(a: &Party, b: &Party) -> bool {
     match (a, b) {
         (Party::Element { piece: a, .. }, Party::Element { piece: b, .. }) => a.side.facet == b.side.facet,
         _ => false,
@@ -135,7 +135,7 @@ fn share_facet(a: &Party<'_>, b: &Party<'_>) -> bool {
 }
 
 /// The best factor for a link that is kept.
-fn factor_to_keep(figures: &Estimate, receiver: &Party<'_>, source: &Party<'_>) -> f32 {
+fn factor_to_keep(figures: &Estimate, receiver: &Party, source: &Party) -> f32 {
     let refined = match (receiver, source) {
         (Party::Element { piece: r, .. }, Party::Element { piece: s, .. }) if figures.rough => {
             refined_factor(r, s)
@@ -146,7 +146,7 @@ fn factor_to_keep(figures: &Estimate, receiver: &Party<'_>, source: &Party<'_>) 
 }
 
 /// How the parts of a source share, if both are elements.
-fn quarters(receiver: &Party<'_>, source: &Party<'_>, forest: &Forest) -> Quarters {
+fn quarters(receiver: &Party, source: &Party, forest: &Forest) -> Quarters {
     match (receiver, source) {
         (Party::Element { piece: r, .. }, Party::Element { piece: s, .. }) => Quarters::of(r, s, forest),
         _ => Quarters::UNIFORM,
@@ -305,7 +305,7 @@ impl<'a> Refiner<'a> {
         }
     }
 
-    fn limits(&self, receiver: &Party<'_>) -> Limits {
+    fn limits(&self, receiver: &Party) -> Limits {
         match receiver {
             Party::Element { piece, .. } => self.limits_at(self.irradiance_of(piece.cell)),
             Party::Cluster(node) => self.limits_at(self.light.lit[*node as usize]),
@@ -335,12 +335,12 @@ impl<'a> Refiner<'a> {
         }
     }
 
-    fn party(&self, id: u32) -> Party<'a> {
+    fn party(&self, id: u32) -> Party {
         Party::of_id(id, self.hierarchy, self.forest, self.light)
     }
 
     /// Decides one pair: link, drop, or split and go on below.
-    fn pair(&self, receiver: &Party<'a>, source: &Party<'a>, state: PairState<'_>, output: &mut Output) {
+    fn pair(&self, receiver: &Party, source: &Party, state: PairState<'_>, output: &mut Output) {
         let level = || self.tester.level(receiver.radius(self.hierarchy).max(source.radius(self.hierarchy)));
         let Some(mut figures) = estimate(receiver, source, self.hierarchy, self.light) else {
             output.worker.count_untested(Answer::Facing, level);
@@ -447,8 +447,8 @@ impl<'a> Refiner<'a> {
     /// Describes a pair to the visibility test.
     fn with_pair<T>(
         &self,
-        receiver: &Party<'a>,
-        source: &Party<'a>,
+        receiver: &Party,
+        source: &Party,
         figures: &Estimate,
         inherited: Inheritance<'_>,
         subdivided: bool,
@@ -472,8 +472,8 @@ impl<'a> Refiner<'a> {
     /// The split that would make the pair better, or `None` when it is good enough or cannot be split.
     fn wanted_split(
         &self,
-        receiver: &Party<'a>,
-        source: &Party<'a>,
+        receiver: &Party,
+        source: &Party,
         figures: &Estimate,
         partial: bool,
     ) -> Option<Split> {
@@ -546,7 +546,7 @@ impl<'a> Refiner<'a> {
         self.tester.options().strategy == Strategy::Sampled
     }
 
-    fn can_split(&self, party: &Party<'_>) -> bool {
+    fn can_split(&self, party: &Party) -> bool {
         match party {
             Party::Element { piece, .. } => piece.polygon.longest_edge() > self.thresholds.min_size,
             Party::Cluster(_) => true,
@@ -555,8 +555,8 @@ impl<'a> Refiner<'a> {
 
     fn split(
         &self,
-        receiver: &Party<'a>,
-        source: &Party<'a>,
+        receiver: &Party,
+        source: &Party,
         split: Split,
         power: f64,
         state: PairState<'_>,
@@ -564,7 +564,7 @@ impl<'a> Refiner<'a> {
     ) {
         let divided = if split == Split::Source { source } else { receiver };
         let parts = divided.parts(self.hierarchy, self.forest, self.light);
-        let pairs: Vec<(&Party<'a>, &Party<'a>)> = match split {
+        let pairs: Vec<(&Party, &Party)> = match split {
             Split::Receiver => parts.iter().map(|r| (r, source)).collect(),
             Split::Source => parts.iter().map(|s| (receiver, s)).collect(),
             Split::Both => {

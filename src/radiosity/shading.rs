@@ -12,7 +12,7 @@ use crate::visibility::{Brightness, Sighting};
 
 /// The exitance of one source.
 pub(super) struct Shading<'a> {
-    pub(super) source: &'a Party<'a>,
+    pub(super) source: &'a Party,
     pub(super) forest: &'a Forest,
     pub(super) light: &'a Light,
 }
@@ -47,7 +47,7 @@ impl Brightness for Shading<'_> {
 
     fn mean(&self) -> Option<f64> {
         match self.source {
-            Party::Element { piece, .. } => Some(self.of(piece.id())),
+            Party::Element { piece, .. } => Some(self.of(piece.id)),
             Party::Cluster(_) => None,
         }
     }

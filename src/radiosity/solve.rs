@@ -150,7 +150,7 @@ impl Solution {
     pub fn triangle_count(&self, hierarchy: &Hierarchy) -> u64 {
         let mut count = 0;
         self.forest.for_each_element(hierarchy, |piece| {
-            if self.forest.second[piece.id() as usize] == 0 {
+            if self.forest.second[piece.id as usize] == 0 {
                 count += piece.polygon.vertices().len() as u64 - 2;
             }
         });
@@ -169,11 +169,7 @@ impl Solution {
 
     /// Bytes of elements and clusters.
     pub fn elements_bytes(&self) -> u64 {
-        let element =
-            size_of::<crate::hierarchy::ElementTree>() + size_of::<Vec3>() * 3 + size_of::<f32>() * 6;
-        let intensity = size_of_val(&self.light.intensity[..]);
-        let nodes = self.light.power.len() * 3 * size_of::<f32>();
-        (self.forest.len() * element + intensity + nodes) as u64 + self.openness.bytes()
+        self.forest.bytes() + self.light.bytes() + self.openness.bytes()
     }
 }
 

@@ -296,6 +296,14 @@ impl Light {
         self.variation[element] <= EVEN * self.exitance[element].max_element()
     }
 
+    /// Bytes it takes.
+    pub(super) fn bytes(&self) -> u64 {
+        let Light { exitance, irradiance, variation, brightest, intensity, power, peak, lit } = self;
+        let by_element = size_of_val(&exitance[..]) + size_of_val(&irradiance[..]);
+        let scalars = [variation, brightest, power, peak, lit].map(|values| size_of_val(&values[..]));
+        (by_element + size_of_val(&intensity[..]) + scalars.iter().sum::<usize>()) as u64
+    }
+
     /// Power that all surfaces send out, summed over channels, local areas.
     pub(super) fn sent(&self, forest: &Forest) -> f64 {
         forest.leaves().map(|e| (self.exitance[e].element_sum() * forest.area[e]) as f64).sum()

@@ -14,15 +14,15 @@ use crate::proofs::{Attack, Claim, attack};
 use crate::segments::Numbers;
 use crate::solving::{Case, OWN_SCENES, options};
 
-fn leaf_of(piece: &Piece<'_>) -> Leaf {
+fn leaf_of(piece: &Piece) -> Leaf {
     Leaf { polygon: piece.polygon, plane: piece.plane, facet: piece.side.facet }
 }
 
 /// Every element, inner ones too, by id.
-fn elements<'a>(hierarchy: &Hierarchy, forest: &'a Forest) -> Vec<Piece<'a>> {
+fn elements(hierarchy: &Hierarchy, forest: &Forest) -> Vec<Piece> {
     let mut all = Vec::with_capacity(forest.len());
     forest.for_each_element(hierarchy, |piece| all.push(piece.clone()));
-    all.sort_by_key(Piece::id);
+    all.sort_by_key(|piece| piece.id);
     all
 }
 

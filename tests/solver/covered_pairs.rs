@@ -54,9 +54,9 @@ impl CoveredPairs {
         let forest = &solution.forest;
         let mut leaves: Vec<Option<Leaf>> = (0..forest.len()).map(|_| None).collect();
         forest.for_each_element(hierarchy, |piece| {
-            if forest.second[piece.id() as usize] == 0 {
+            if forest.second[piece.id as usize] == 0 {
                 let (polygon, plane, facet) = (piece.polygon, piece.plane, piece.side.facet);
-                leaves[piece.id() as usize] = Some(Leaf { polygon, plane, facet });
+                leaves[piece.id as usize] = Some(Leaf { polygon, plane, facet });
             }
         });
         // Leaves before each element, in the order of ids.

@@ -64,7 +64,7 @@ fn a_weighed_source_is_as_bright_as_its_quarters() {
         let piece = forest.piece(&case.hierarchy, element);
         match forest.second[element as usize] {
             0 => [element; 2],
-            _ => piece.halves(forest).map(|half| half.id()),
+            _ => piece.halves(forest).map(|half| half.id),
         }
     };
     let uneven = solution.links.links.iter().find(|link| link.quarters != Quarters::UNIFORM);
