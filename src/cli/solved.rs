@@ -350,7 +350,7 @@ pub(super) fn link_stats(solution: &Solution) -> LinkStats {
         partial: count(|l| l.class == LinkClass::Partial),
         certified_visible: count(|l| l.class == LinkClass::CertifiedVisible),
         certified_invisible: solution.counters.certified_invisible,
-        inherited: count(|l| l.inherited),
+        inherited: count(|l| l.is_inherited()),
     }
 }
 

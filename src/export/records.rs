@@ -1,6 +1,6 @@
 //! Records of a solution file: plain data of a fixed size, little-endian.
 
-use crate::radiosity::{Kept, Link, LinkClass, Quarters};
+use crate::radiosity::{Kept, Link, LinkClass, Quarters, Spread, Work};
 use glam::Vec3;
 
 /// One element of an array in the file.
@@ -131,15 +131,14 @@ const CLASSES: [LinkClass; 4] =
     [LinkClass::Untested, LinkClass::Visible, LinkClass::CertifiedVisible, LinkClass::Partial];
 
 impl Record for Link {
-    const BYTES: usize = 28;
+    const BYTES: usize = 24;
 
     fn put(&self, to: &mut [u8]) {
         let [receiver, source] = [self.receiver, self.source].map(u32::to_le_bytes);
-        let [factor, spread, visibility] = [self.factor, self.spread, self.visibility].map(f32::to_le_bytes);
-        put_words([receiver, source, factor, spread, visibility, self.quarters.to_bytes()], to);
-        to[24] = self.class as u8;
-        to[25] = u8::from(self.inherited);
-        to[26..].copy_from_slice(&self.work.to_le_bytes());
+        let [factor, visibility] = [self.factor, self.visibility].map(f32::to_le_bytes);
+        put_words([receiver, source, factor, visibility, self.quarters.to_bytes()], to);
+        (to[20], to[21]) = (self.class as u8, self.work.to_bits());
+        to[22..].copy_from_slice(&self.spread.to_bits().to_le_bytes());
     }
 
     fn get(from: &[u8]) -> Option<Link> {
@@ -147,12 +146,11 @@ impl Record for Link {
             receiver: whole(from, 0),
             source: whole(from, 4),
             factor: finite(from, 8)?,
-            spread: finite(from, 12)?,
-            visibility: finite(from, 16)?,
-            quarters: Quarters::from_bytes(word(from, 20)),
-            class: *CLASSES.get(from[24] as usize)?,
-            inherited: bool::get(&from[25..26])?,
-            work: u16::from_le_bytes([from[26], from[27]]),
+            visibility: finite(from, 12)?,
+            quarters: Quarters::from_bytes(word(from, 16)),
+            class: *CLASSES.get(from[20] as usize)?,
+            work: Work::from_bits(from[21])?,
+            spread: Spread::from_bits(u16::from_le_bytes([from[22], from[23]]))?,
         })
     }
 

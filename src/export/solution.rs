@@ -18,7 +18,7 @@ use std::io::{self, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 
 /// Of the format.
-pub(super) const VERSION: u32 = 2;
+pub(super) const VERSION: u32 = 3;
 
 /// What the file begins with. Like that of a PNG, it is no text, and a transfer that changes line ends breaks it.
 const MAGIC: [u8; 8] = *b"\x89LSOL\r\n\x1a";

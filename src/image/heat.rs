@@ -272,7 +272,7 @@ fn class(hierarchy: &Hierarchy, solution: &Solution) -> Vec<f32> {
                 LinkClass::CertifiedVisible => 1,
                 LinkClass::Partial => 2,
             };
-            sums[class] += f64::from(link.work);
+            sums[class] += f64::from(link.work());
         }
         let area = area_of_receiver(hierarchy, solution, node);
         sums.map(|sum| if sum > 0.0 { sum / area } else { 0.0 })

@@ -227,7 +227,7 @@ pub(super) fn estimate_of_link(
 ) -> Option<Estimate> {
     match (receiver, source) {
         (Party::Element { area, .. }, Party::Element { exitance, variation, .. }) => {
-            let factor = (link.factor as f64, link.spread as f64);
+            let factor = (link.factor as f64, link.spread() as f64);
             Some(element_estimate(factor, *area, (*exitance, *variation)))
         }
         _ => estimate(receiver, source, hierarchy, light),

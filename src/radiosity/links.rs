@@ -30,8 +30,6 @@ pub struct Link {
     /// source's exitance. With a cluster as source: irradiance per unit of its intensity (1/area).
     /// With a cluster as receiver: irradiance across the direction of the light.
     pub factor: f32,
-    /// How much the factor differs over the receiver.
-    pub spread: f32,
     /// Share of the light that gets through. Of a source that is not uniform it may exceed 1: what is seen
     /// of it may be brighter than its mean.
     pub visibility: f32,
@@ -40,26 +38,109 @@ pub struct Link {
     pub quarters: Quarters,
     /// How that is known.
     pub class: LinkClass,
-    /// The class was taken over from an ancestor pair.
-    pub inherited: bool,
-    /// Work of the tests of this pair, in rays; 65 535 stands for anything above it, too.
-    pub work: u16,
+    /// See [`Link::work`].
+    pub work: Work,
+    /// See [`Link::spread`] and [`Link::is_inherited`].
+    pub spread: Spread,
 }
+
+/// Work of visibility tests, in rays: a number to an eighth of itself in a byte, from below. Exact up to 15.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work(u8);
+
+/// How much a form factor differs, to a part in 256 of itself, and one bit besides.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Spread(u16);
 
 impl Link {
     /// Nothing is known of it yet but the factor and how much that differs.
-    pub(super) const fn untested(receiver: u32, source: u32, factor: f32, spread: f32) -> Link {
+    pub const fn untested(receiver: u32, source: u32, factor: f32, spread: f32) -> Link {
         Link {
             receiver,
             source,
             factor,
-            spread,
             visibility: 1.0,
             quarters: Quarters::UNIFORM,
             class: LinkClass::Untested,
-            inherited: false,
-            work: 0,
+            work: Work(0),
+            spread: Spread::of(spread),
         }
+    }
+
+    /// How much the factor differs over the receiver.
+    #[inline]
+    pub fn spread(&self) -> f32 {
+        f32::from_bits(u32::from(self.spread.0 & !Spread::INHERITED) << 16)
+    }
+
+    /// The class was taken over from an ancestor pair.
+    #[inline]
+    pub fn is_inherited(&self) -> bool {
+        self.spread.0 & Spread::INHERITED != 0
+    }
+
+    /// Takes a class over from an ancestor pair.
+    pub(super) fn inherit(&mut self, class: LinkClass) {
+        self.class = class;
+        self.spread.0 |= Spread::INHERITED;
+    }
+
+    /// Work of the tests of this pair.
+    pub fn work(&self) -> u32 {
+        self.work.rays()
+    }
+
+    /// Adds to that.
+    pub(super) fn add_work(&mut self, rays: u64) {
+        self.work = Work::of(u64::from(self.work()) + rays);
+    }
+}
+
+impl Work {
+    fn of(rays: u64) -> Work {
+        let rays = rays.min(u64::from(u32::MAX)) as u32;
+        Work(match rays {
+            0..16 => rays as u8,
+            _ => {
+                let power = rays.ilog2();
+                (8 * (power - 2) + (rays >> (power - 3) & 7)) as u8
+            }
+        })
+    }
+
+    /// As it is stored.
+    pub fn to_bits(self) -> u8 {
+        self.0
+    }
+
+    /// What was stored, if that stands for a number of rays.
+    pub fn from_bits(bits: u8) -> Option<Work> {
+        (bits < 8 * (u32::BITS as u8 - 2)).then_some(Work(bits))
+    }
+
+    fn rays(self) -> u32 {
+        let code = u32::from(self.0);
+        if code < 16 { code } else { (8 + code % 8) << (code / 8 - 1) }
+    }
+}
+
+impl Spread {
+    /// Where the sign would be: the class was taken over.
+    const INHERITED: u16 = 1 << 15;
+
+    /// As it is stored.
+    pub fn to_bits(self) -> u16 {
+        self.0
+    }
+
+    /// What was stored, if that stands for a number.
+    pub fn from_bits(bits: u16) -> Option<Spread> {
+        f32::from_bits(u32::from(bits) << 16).is_finite().then_some(Spread(bits))
+    }
+
+    /// The upper half of a number, rounded.
+    const fn of(spread: f32) -> Spread {
+        Spread(if spread > 0.0 { ((spread.to_bits() + (1 << 15)) >> 16) as u16 } else { 0 })
     }
 }
 
@@ -84,7 +165,7 @@ impl Blocked {
 
 impl From<&Link> for Blocked {
     fn from(link: &Link) -> Blocked {
-        Blocked { receiver: link.receiver, source: link.source, factor: link.factor, spread: link.spread }
+        Blocked { receiver: link.receiver, source: link.source, factor: link.factor, spread: link.spread() }
     }
 }
 
@@ -161,5 +242,42 @@ impl LinkSet {
     /// Bytes they take.
     pub fn bytes(&self) -> u64 {
         (self.links.len() * size_of::<Link>() + self.first.len() * size_of::<u32>()) as u64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_link_has_24_bytes() {
+        assert_eq!(size_of::<Link>(), 24);
+    }
+
+    #[test]
+    fn work_is_known_to_an_eighth_from_below() {
+        let mut before = 0;
+        for rays in (0..5000).chain([65_535, 65_536, 1 << 31, u64::from(u32::MAX)]) {
+            let known = u64::from(Work::of(rays).rays());
+            assert!(known <= rays && 8 * (rays - known) <= known && known >= before, "{known} of {rays}");
+            before = known;
+        }
+        let stored: Vec<Work> = (0..=255).map_while(Work::from_bits).collect();
+        assert!(stored.iter().all(|&work| Work::of(u64::from(work.rays())) == work));
+        assert_eq!(stored.last(), Some(&Work::of(u64::MAX)));
+    }
+
+    #[test]
+    fn a_spread_is_known_to_a_part_in_256_whatever_is_inherited() {
+        for i in 0..2000 {
+            let spread = 1e-9 * 1.02f32.powi(i);
+            let mut link = Link::untested(0, 1, 1.0, spread);
+            assert!((link.spread() - spread).abs() <= spread / 256.0, "{} for {spread}", link.spread());
+            assert!(!link.is_inherited());
+            let known = link.spread();
+            link.inherit(LinkClass::Visible);
+            assert!(link.is_inherited() && link.spread() == known);
+        }
+        assert_eq!(Link::untested(0, 1, 1.0, 0.0).spread(), 0.0);
     }
 }

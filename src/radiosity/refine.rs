@@ -234,7 +234,7 @@ impl<'a> Refiner<'a> {
                                 self.tester.weigh(&mut worker, pair)
                             });
                         let work = worker.counters.work_since(&before);
-                        link.work = link.work.saturating_add(work.try_into().unwrap_or(u16::MAX));
+                        link.add_work(work);
                         self.note(&mut done, link.receiver, work);
                     }
                 }
@@ -262,7 +262,7 @@ impl<'a> Refiner<'a> {
             let area = self.forest.area[(link.receiver - clusters) as usize] as f64;
             let irradiance = link.factor as f64 * exitance;
             let uneven = 0.5 * (link.factor * self.light.variation[source]) as f64;
-            let error = 0.5 * link.spread as f64 * exitance + uneven;
+            let error = 0.5 * link.spread() as f64 * exitance + uneven;
             let cell = self.forest.cell[(link.receiver - clusters) as usize];
             let limits = self.limits_at(self.irradiance_of(cell));
             let shadow = link.class == LinkClass::Partial
@@ -275,7 +275,7 @@ impl<'a> Refiner<'a> {
         let inheritance = Inheritance { candidates: root, blocker: NO_FACET };
         let visible = match link.class {
             LinkClass::CertifiedVisible => Some(true),
-            LinkClass::Visible if link.inherited => Some(false),
+            LinkClass::Visible if link.is_inherited() => Some(false),
             _ => None,
         };
         if link.class != LinkClass::Untested {
@@ -363,8 +363,7 @@ impl<'a> Refiner<'a> {
             match self.wanted_split(receiver, source, &figures, false) {
                 Some(split) => self.split(receiver, source, split, figures.power, state, output),
                 None => {
-                    link.class = if certified { LinkClass::CertifiedVisible } else { LinkClass::Visible };
-                    link.inherited = true;
+                    link.inherit(if certified { LinkClass::CertifiedVisible } else { LinkClass::Visible });
                     link.factor = factor_to_keep(&figures, receiver, source);
                     link.quarters = quarters(receiver, source, self.forest);
                     output.pairs.links.push(link);
@@ -381,7 +380,7 @@ impl<'a> Refiner<'a> {
                 self.tester.classify(&mut output.worker, pair)
             });
         let work = output.worker.counters.work_since(&before);
-        link.work = work.try_into().unwrap_or(u16::MAX);
+        link.add_work(work);
         self.note(&mut output.done, link.receiver, work);
         if self.is_classic() {
             // A kernel-weighted fraction can be tiny: fewer than one ray in n + 1 is more than n rays can tell. Where

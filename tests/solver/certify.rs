@@ -13,7 +13,7 @@ fn solve(case: &Case, strategy: Strategy, certify: bool) -> Solution {
 
 /// Inherited links: all, and those that are not proved.
 fn inherited(solution: &Solution) -> [usize; 2] {
-    let inherited = || solution.links.links.iter().filter(|l| l.inherited);
+    let inherited = || solution.links.links.iter().filter(|l| l.is_inherited());
     [inherited().count(), inherited().filter(|l| l.class != LinkClass::CertifiedVisible).count()]
 }
 

@@ -99,7 +99,7 @@ fn the_work_by_receiver_is_all_work_and_no_thread_changes_it() {
         let least = counters.rays_cast + 8 * counters.shafts_built + counters.nodes_tested / 16;
         let most = least + counters.shafts_built;
         assert!((least..=most).contains(&done), "{name}: {done}, not {least} to {most}");
-        let stored: u64 = one.links.links.iter().map(|link| u64::from(link.work)).sum();
+        let stored: u64 = one.links.links.iter().map(|link| u64::from(link.work())).sum();
         assert!(0 < stored && stored <= done, "{name}: {stored} of {done} for links that are left");
         let without = solved(rough(strategy), Record::Nothing, 2);
         assert!(without.work.is_empty() && without.links.links == one.links.links, "{name}");

@@ -49,9 +49,9 @@ fn fingerprint(case: &Case, tracer: &dyn Tracer, solution: &Solution) -> Fingerp
     Fingerprint {
         elements: hash(solution.forest.second.iter().copied()),
         links: hash(solution.links.links.iter().flat_map(|l| {
-            let known = l.class as u32 * 2 + u32::from(l.inherited);
+            let known = l.class as u32 * 2 + u32::from(l.is_inherited());
             let quarters = hash(l.quarters.weights().into_iter().map(|w| (w as f32).to_bits()));
-            let figures = [l.factor, l.spread, l.visibility].map(f32::to_bits);
+            let figures = [l.factor, l.spread(), l.visibility].map(f32::to_bits);
             [l.receiver, l.source, known, quarters as u32].into_iter().chain(figures)
         })),
         exitance: colors(&solution.light.exitance),

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use lightshaft::hierarchy::Hierarchy;
-use lightshaft::radiosity::{Link, LinkClass, LinkSet, Quarters, Solution, direction};
+use lightshaft::radiosity::{Link, LinkClass, LinkSet, Solution, direction};
 use lightshaft::visibility::Strategy;
 
 use crate::boxes::Rectangles;
@@ -10,17 +10,7 @@ use crate::solving::{Case, options, rough};
 
 /// One link of this class from an element or cluster to a cluster.
 fn link(receiver: u32, source: u32, class: LinkClass) -> Link {
-    Link {
-        receiver,
-        source,
-        factor: 1.0,
-        spread: 0.0,
-        visibility: 0.5,
-        quarters: Quarters::UNIFORM,
-        class,
-        inherited: false,
-        work: 0,
-    }
+    Link { visibility: 0.5, class, ..Link::untested(receiver, source, 1.0, 0.0) }
 }
 
 /// Irradiance of every leaf element over these links; nothing in inner elements.
