@@ -6,8 +6,8 @@ use super::transport::Light;
 use crate::hierarchy::Hierarchy;
 use crate::math::{PairSequence, cosine_direction, golden_fraction, hash_pair};
 use crate::progress::{Progress, Silent, Work};
-use crate::tracer::{Departure, Hit, PACKET, Ray, Tracer, departing_hits};
-use glam::Vec3;
+use crate::tracer::{Departure, Hit, NO_FACET, PACKET, Ray, Tracer, departing_hits};
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -26,6 +26,10 @@ const LEAST_WALL: f64 = 0.04;
 
 /// Cells as wide as a wall that the light of one room falls in, at most about.
 const CELLS: f64 = 20.0;
+
+/// To be replaced.
+const NOWHERE: Departure =
+    Departure { point: DVec3::ZERO, normal: DVec3::Z, facet: NO_FACET, direction: Vec3::Z };
 
 /// Where light goes after it leaves a surface.
 #[derive(Clone, Copy, Debug)]
@@ -193,35 +197,46 @@ impl Senders {
     ) -> (u32, Vec<T>) {
         let upto = self.upto(rays);
         let count = upto.last().copied().unwrap_or(0);
-        let departure = |way: &mut Way<'_>, index: u32| {
-            let sender = upto.partition_point(|&upto| upto <= index);
-            let own = index - sender.checked_sub(1).map_or(0, |before| upto[before]);
-            // Rays of one sender are spread evenly; those of several, which would else repeat a pattern, are at random.
-            let [u, v, s, t] = PairSequence::new(hash_pair(sender as u64, u64::from(time))).point(own);
-            let piece = way.to(self.leaves[sender]);
-            let normal = piece.plane.normal;
-            let (point, direction) = (piece.polygon.point_at(u, v), cosine_direction(normal, s, t));
-            Departure { point, normal, facet: piece.side.facet, direction }
-        };
-        // The last packet may have a few of its rays twice.
-        let packet = |way: &mut Way<'_>, first: u32| -> [Departure; PACKET] {
-            std::array::from_fn(|i| departure(way, (first + i as u32).min(count - 1)))
+        let depart = |way: &mut Way<'_>, first: u32| -> [Departure; PACKET] {
+            // The last packet may have a few of its rays twice.
+            let index = |i: usize| (first + i as u32).min(count - 1);
+            let mut departures = [NOWHERE; PACKET];
+            let (mut i, mut sender) = (0, upto.partition_point(|&upto| upto <= first));
+            while i < PACKET {
+                while upto[sender] <= index(i) {
+                    sender += 1;
+                }
+                let before = sender.checked_sub(1).map_or(0, |before| upto[before]);
+                let piece = way.to(self.leaves[sender]);
+                let (normal, points) = (piece.plane.normal, piece.polygon.sampler());
+                // Rays of one sender are spread evenly; those of several, which would else repeat a pattern, are at random.
+                let sequence = PairSequence::new(hash_pair(sender as u64, u64::from(time)));
+                while i < PACKET && index(i) < upto[sender] {
+                    let [u, v, s, t] = sequence.point(index(i) - before);
+                    let (point, direction) = (points.point_at(u, v), cosine_direction(normal, s, t));
+                    departures[i] = Departure { point, normal, facet: piece.side.facet, direction };
+                    i += 1;
+                }
+            }
+            departures
         };
         let working = || (Work::begin(progress, "landings"), Way::new(hierarchy, forest));
         let all = (0..count.div_ceil(PACKET as u32))
             .into_par_iter()
             .with_min_len(64)
-            .map_init(working, |(_, way), index| {
+            .map_init(working, |(_, way), index| -> [Option<T>; PACKET] {
                 let first = index * PACKET as u32;
-                (packet(way, first), PACKET.min((count - first) as usize))
-            })
-            .flat_map_iter(|(departures, own)| {
+                let own = PACKET.min((count - first) as usize);
+                let departures = depart(way, first);
                 let mut rays = [Ray { origin: Vec3::ZERO, direction: Vec3::Z }; PACKET];
                 let mut hits = [None; PACKET];
                 departing_hits(tracer, &departures, &mut rays, &mut hits);
-                let landed = &landed;
-                (0..own).filter_map(move |i| Some(landed(&departures[i], &rays[i], &hits[i]?)))
+                std::array::from_fn(|i| {
+                    let hit = hits[i].as_ref().filter(|_| i < own)?;
+                    Some(landed(&departures[i], &rays[i], hit))
+                })
             })
+            .flat_map_iter(|landed| landed.into_iter().flatten())
             .collect();
         (count, all)
     }

@@ -174,7 +174,7 @@ fn files_that_do_not_fit_are_named_with_what_to_do() {
         refused(&folder, "scene.toml", name, 4, &[name, "damaged", "solve again"]);
     }
     let mut newer = whole;
-    newer[8] = 3;
+    newer[8] += 1;
     let sum = crc32fast::hash(&newer[..32]).to_le_bytes();
     newer[32..36].copy_from_slice(&sum);
     folder.write("newer.lsol", &newer);
@@ -183,7 +183,7 @@ fn files_that_do_not_fit_are_named_with_what_to_do() {
         "scene.toml",
         "newer.lsol",
         4,
-        &["newer.lsol", "newer lightshaft", "format 3", "solve again"],
+        &["newer.lsol", "newer lightshaft", "format 4", "solve again"],
     );
 
     folder.write("dark.toml", SCENE.replace("reflectance = [0.5,", "reflectance = [0.4,"));
