@@ -54,6 +54,9 @@ fn section(bytes: &[u8], tag: &[u8; 4]) -> usize {
     bytes.windows(4).position(|window| window == tag).expect("a section with this tag")
 }
 
+/// Bytes of a link.
+const LINK: usize = 24;
+
 /// All sections, in order, with the size of their records.
 const SECTIONS: [(&[u8; 4], usize); 10] = [
     (b"MADE", 1),
@@ -65,7 +68,7 @@ const SECTIONS: [(&[u8; 4], usize); 10] = [
     (b"STRA", 4),
     (b"OPEN", 1),
     (b"KEPT", 5),
-    (b"LINK", 28),
+    (b"LINK", LINK),
 ];
 
 /// Where the records of a section lie.
@@ -247,7 +250,7 @@ fn a_length_that_the_file_may_have_is_not_believed_either() {
 fn content_that_no_solution_has_is_refused_though_its_checksums_are_right() {
     let (case, bytes) = small();
     let all = |byte: u8, width: usize| vec![byte; width];
-    let cases: [(&[u8; 4], usize, Vec<u8>); 14] = [
+    let cases: [(&[u8; 4], usize, Vec<u8>); 17] = [
         (b"SCEN", 0, all(2, 1)),
         (b"COUN", 0, all(0xff, 8)),
         (b"FIGS", 8, f64::NAN.to_le_bytes().to_vec()),
@@ -262,7 +265,10 @@ fn content_that_no_solution_has_is_refused_though_its_checksums_are_right() {
         // All rays of an element in each of two.
         (b"KEPT", 4, [&[16][..], &records(&bytes, b"KEPT")[5..9], &[16]].concat()),
         (b"LINK", 4, all(0xff, 4)),
-        (b"LINK", 24, all(4, 1)),
+        (b"LINK", 20, all(4, 1)),
+        (b"LINK", 21, all(0xff, 1)),
+        (b"LINK", 22, vec![0x80, 0x7f]),
+        (b"LINK", 22, all(0xff, 2)),
     ];
     for (tag, offset, put) in cases {
         let width = SECTIONS.iter().find(|section| section.0 == tag).expect("a section").1;
@@ -283,17 +289,17 @@ fn links_of_leaves_are_refused() {
     let (case, bytes) = small();
     let is_leaf = |node: &lightshaft::hierarchy::Node| node.is_leaf();
     let leaf = case.hierarchy.nodes.iter().position(is_leaf).expect("a leaf") as u32;
-    let data = records_of(&bytes, b"LINK", 28);
+    let data = records_of(&bytes, b"LINK", LINK);
     let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"));
     let ends = |at: usize| (word(at), word(at + 4));
     for offset in [0, 4] {
         // One that stays between its neighbours.
         let renamed = |at: usize| if offset == 0 { (leaf, word(at + 4)) } else { (word(at), leaf) };
         let is_free = |at: &usize| {
-            (*at == data.start || ends(at - 28) < renamed(*at))
-                && (at + 28 == data.end || renamed(*at) < ends(at + 28))
+            (*at == data.start || ends(at - LINK) < renamed(*at))
+                && (at + LINK == data.end || renamed(*at) < ends(at + LINK))
         };
-        let at = data.clone().step_by(28).find(is_free).expect("a link that may be renamed");
+        let at = data.clone().step_by(LINK).find(is_free).expect("a link that may be renamed");
         let mut changed = bytes.clone();
         changed[at + offset..at + offset + 4].copy_from_slice(&leaf.to_le_bytes());
         seal(&mut changed, data.clone());
@@ -384,7 +390,7 @@ fn other_scenes_and_versions_are_told_apart() {
     });
     assert!(read_for(&renamed, meters, &bytes).is_ok());
 
-    for (version, part) in [(3u32, "a newer lightshaft (0.9.7, format 3"), (0, "an older lightshaft (0.9.7")]
+    for (version, part) in [(4u32, "a newer lightshaft (0.9.7, format 4"), (0, "an older lightshaft (0.9.7")]
     {
         let mut other = bytes.clone();
         other[8..12].copy_from_slice(&version.to_le_bytes());
