@@ -3,7 +3,7 @@
 
 use super::contour::{Surface, exchange};
 use super::limits::MOST_FACTOR;
-use super::subject::{Area, Subject, fraction};
+use super::subject::{Area, SIDES, Subject, fraction};
 use crate::hierarchy::TOLERANCE;
 use crate::math::{PairSequence, hash_pair};
 use crate::radiosity::{Link, LinkClass};
@@ -226,8 +226,8 @@ pub(super) fn against_proofs(subject: &Subject<'_>) -> Errors {
 /// overlap in one plane do not block. The rest stays in the shaft of the pair, however flat that is.
 fn segment(subject: &Subject<'_>, areas: &[Area; 2], seed: u64) -> Option<Segment> {
     let [a, b, c, d] = PairSequence::new(seed).point(0);
-    let receiver = subject.spot(&areas[0], fraction(seed, 1), (a, b));
-    let source = subject.spot(&areas[1], fraction(seed, 2), (c, d));
+    let receiver = subject.spot(&areas[0], fraction(seed, SIDES), (a, b));
+    let source = subject.spot(&areas[1], fraction(seed, SIDES + 1), (c, d));
     let (from, to) = (receiver.point, source.point);
     let heights = [receiver.plane.distance(to), source.plane.distance(from)];
     if heights.iter().any(|&height| height <= GRAZING) {

@@ -3,7 +3,7 @@
 use super::carried::even_light;
 use super::finding::root;
 use super::flights::{Landing, departure, landings};
-use super::subject::{Lottery, Subject, fraction};
+use super::subject::{Lottery, SIDES, Subject, fraction};
 use crate::math::{CosineLobes, PairSequence, hash_pair};
 use crate::radiosity::{Light, Link, LinkClass, Piece, direction};
 use crate::tracer::{Candidates, FilterAudit, NO_FACET, PACKET, Segment};
@@ -134,7 +134,7 @@ fn clear_share(subject: &Subject<'_>, receiver: &Piece, link: &Link, even: &Ligh
     let segments: Vec<(Segment, f64)> = (0..SEGMENTS)
         .filter_map(|index| {
             let [a, b, c, d] = sequence.point(index);
-            let source = subject.spot(&area, fraction(seed, index as u64), (c, d));
+            let source = subject.spot(&area, fraction(seed, SIDES + u64::from(index)), (c, d));
             let (from, to) = (receiver.polygon.point_at(a, b), source.point);
             let heights = [receiver.plane.distance(to), source.plane.distance(from)];
             if heights[0] <= 0.0 || heights[1] <= 0.0 || even.exitance[source.leaf as usize].x <= 0.0 {

@@ -194,6 +194,9 @@ impl<'a> Lottery<'a> {
     }
 }
 
+/// Salts from here on pick sides of nodes: smaller ones make the sequences of points on them.
+pub(super) const SIDES: u64 = 16;
+
 /// A number in [0, 1) that looks random and depends on both.
 pub(super) fn fraction(seed: u64, salt: u64) -> f64 {
     (hash_pair(seed, salt) >> 11) as f64 / (1u64 << 53) as f64

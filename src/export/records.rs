@@ -1,6 +1,6 @@
 //! Records of a solution file: plain data of a fixed size, little-endian.
 
-use crate::radiosity::{Kept, Link, LinkClass, Quarters, Spread, Work};
+use crate::radiosity::{Kept, Link, LinkClass, LinkWork, Quarters, Spread};
 use glam::Vec3;
 
 /// One element of an array in the file.
@@ -149,7 +149,7 @@ impl Record for Link {
             visibility: finite(from, 12)?,
             quarters: Quarters::from_bytes(word(from, 16)),
             class: *CLASSES.get(from[20] as usize)?,
-            work: Work::from_bits(from[21])?,
+            work: LinkWork::from_bits(from[21])?,
             spread: Spread::from_bits(u16::from_le_bytes([from[22], from[23]]))?,
         })
     }

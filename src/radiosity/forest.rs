@@ -66,7 +66,7 @@ pub struct Leaf {
 }
 
 impl Piece {
-    /// Both halves; splits the tree if need be.
+    /// Both halves; it is divided if need be.
     pub fn halves(&self, forest: &Forest) -> [Piece; 2] {
         [0, 1].map(|half| {
             let mut part = self.clone();
@@ -80,7 +80,7 @@ impl Piece {
         Piece { polygon, ..self.clone() }
     }
 
-    /// Becomes one of its halves; splits the tree if need be.
+    /// Becomes one of its halves; it is divided if need be.
     fn keep_half(&mut self, forest: &Forest, half: usize) {
         if let Some(second) = forest.second_of(self.id) {
             self.line = line_below(self.line, self.id, second, half);
@@ -407,7 +407,7 @@ impl Forest {
         let mut last = piece.id;
         for id in self.elements_at(last, piece.line, flat(piece.plane.normal, point)) {
             last = id;
-            if is_enough(id) {
+            if self.second_of(id).is_none() || is_enough(id) {
                 break;
             }
         }
@@ -521,6 +521,7 @@ impl Forest {
             }
         }
         first_element.push(second.len() as u32);
+        debug_assert!(second.len() <= total);
         self.first_element = first_element;
         self.cell = cell;
         self.second = second;

@@ -10,7 +10,8 @@ pub(super) struct Lines {
     lines: Vec<[f32; 3]>,
 }
 
-/// A point of a plane with this normal as two of its coordinates, without the one nearest to the normal.
+/// A point in a plane with this normal as two of its coordinates, without the one nearest to the normal. What lies off the
+/// plane counts as the point of it along that axis.
 pub(super) fn flat(normal: DVec3, point: DVec3) -> DVec2 {
     let [_, i, j] = axes(normal);
     DVec2::new(point[i], point[j])

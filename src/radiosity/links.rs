@@ -39,17 +39,18 @@ pub struct Link {
     /// How that is known.
     pub class: LinkClass,
     /// See [`Link::work`].
-    pub work: Work,
+    pub work: LinkWork,
     /// See [`Link::spread`] and [`Link::is_inherited`].
     pub spread: Spread,
 }
 
-/// Work of visibility tests, in rays: a number to an eighth of itself in a byte, from below. Exact up to 15.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Work(u8);
+/// Work of visibility tests, in rays: a number to an eighth of itself in a byte, from below; exact up to 15. Sums lose as
+/// much with each that is added.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LinkWork(u8);
 
 /// How much a form factor differs, to a part in 256 of itself, and one bit besides.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Spread(u16);
 
 impl Link {
@@ -62,7 +63,7 @@ impl Link {
             visibility: 1.0,
             quarters: Quarters::UNIFORM,
             class: LinkClass::Untested,
-            work: Work(0),
+            work: LinkWork(0),
             spread: Spread::of(spread),
         }
     }
@@ -92,14 +93,14 @@ impl Link {
 
     /// Adds to that.
     pub(super) fn add_work(&mut self, rays: u64) {
-        self.work = Work::of(u64::from(self.work()) + rays);
+        self.work = LinkWork::of(u64::from(self.work()) + rays);
     }
 }
 
-impl Work {
-    fn of(rays: u64) -> Work {
+impl LinkWork {
+    fn of(rays: u64) -> LinkWork {
         let rays = rays.min(u64::from(u32::MAX)) as u32;
-        Work(match rays {
+        LinkWork(match rays {
             0..16 => rays as u8,
             _ => {
                 let power = rays.ilog2();
@@ -114,8 +115,8 @@ impl Work {
     }
 
     /// What was stored, if that stands for a number of rays.
-    pub fn from_bits(bits: u8) -> Option<Work> {
-        (bits < 8 * (u32::BITS as u8 - 2)).then_some(Work(bits))
+    pub fn from_bits(bits: u8) -> Option<LinkWork> {
+        (bits < 8 * (u32::BITS as u8 - 2)).then_some(LinkWork(bits))
     }
 
     fn rays(self) -> u32 {
@@ -127,6 +128,9 @@ impl Work {
 impl Spread {
     /// Where the sign would be: the class was taken over.
     const INHERITED: u16 = 1 << 15;
+
+    /// The largest that is a number.
+    const LARGEST: u16 = 0x7f7f;
 
     /// As it is stored.
     pub fn to_bits(self) -> u16 {
@@ -140,7 +144,11 @@ impl Spread {
 
     /// The upper half of a number, rounded.
     const fn of(spread: f32) -> Spread {
-        Spread(if spread > 0.0 { ((spread.to_bits() + (1 << 15)) >> 16) as u16 } else { 0 })
+        if spread <= 0.0 {
+            return Spread(0);
+        }
+        let rounded = ((spread.to_bits() + (1 << 15)) >> 16) as u16;
+        Spread(if rounded > Spread::LARGEST { Spread::LARGEST } else { rounded })
     }
 }
 
@@ -258,13 +266,13 @@ mod tests {
     fn work_is_known_to_an_eighth_from_below() {
         let mut before = 0;
         for rays in (0..5000).chain([65_535, 65_536, 1 << 31, u64::from(u32::MAX)]) {
-            let known = u64::from(Work::of(rays).rays());
+            let known = u64::from(LinkWork::of(rays).rays());
             assert!(known <= rays && 8 * (rays - known) <= known && known >= before, "{known} of {rays}");
             before = known;
         }
-        let stored: Vec<Work> = (0..=255).map_while(Work::from_bits).collect();
-        assert!(stored.iter().all(|&work| Work::of(u64::from(work.rays())) == work));
-        assert_eq!(stored.last(), Some(&Work::of(u64::MAX)));
+        let stored: Vec<LinkWork> = (0..=255).map_while(LinkWork::from_bits).collect();
+        assert!(stored.iter().all(|&work| LinkWork::of(u64::from(work.rays())) == work));
+        assert_eq!(stored.last(), Some(&LinkWork::of(u64::MAX)));
     }
 
     #[test]
@@ -279,5 +287,9 @@ mod tests {
             assert!(link.is_inherited() && link.spread() == known);
         }
         assert_eq!(Link::untested(0, 1, 1.0, 0.0).spread(), 0.0);
+        for huge in [f32::MAX, f32::INFINITY] {
+            let spread = Link::untested(0, 1, 1.0, huge).spread();
+            assert!(spread.is_finite() && spread > 0.99 * f32::MAX);
+        }
     }
 }

@@ -36,7 +36,7 @@ pub use fidelity::VisibilityError;
 pub use forest::{Forest, Leaf, Piece, Way};
 pub use form_factor::{PolygonSource, SourceShape};
 pub use gains::Gains;
-pub use links::{Link, LinkClass, LinkSet, Spread, Work};
+pub use links::{Link, LinkClass, LinkSet, LinkWork, Spread};
 pub use openness::{Arriving, Kept, Openness};
 pub use place::place;
 pub use quarters::Quarters;

@@ -22,6 +22,7 @@ mod culling_audit;
 mod detail;
 mod determinism;
 mod dropped;
+mod elements;
 mod extremes;
 mod furnace;
 mod openness;
