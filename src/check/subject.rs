@@ -1,6 +1,6 @@
 //! What is checked, and who lies in what: the nodes above every element, and points of nodes.
 
-use crate::hierarchy::{Hierarchy, NodeKind};
+use crate::hierarchy::Hierarchy;
 use crate::math::{Plane, hash_pair};
 use crate::radiosity::{Link, Piece, Solution, place};
 use crate::tracer::Tracer;
@@ -95,27 +95,9 @@ impl<'a> Subject<'a> {
 
     /// The number of the side below a cluster that `at`, in [0, 1), points to when all its area is laid in a row.
     fn side_below(&self, cluster: u32, at: f64) -> usize {
-        let nodes = &self.hierarchy.nodes;
-        let (mut node, mut at) = (cluster, at);
-        // What comes before the share of the first of two halves is left of `at`.
-        let mut is_second = |share: f64| {
-            let is_second = at >= share;
-            at = if is_second { (at - share) / (1.0 - share).max(f64::MIN_POSITIVE) } else { at / share };
-            at = at.min(1.0 - f64::EPSILON);
-            is_second
-        };
-        loop {
-            match nodes[node as usize].kind(node) {
-                NodeKind::Cluster(parts) => {
-                    let [a, b] = parts.map(|part| f64::from(nodes[part as usize].area));
-                    node = parts[usize::from(is_second(a / (a + b).max(f64::MIN_POSITIVE)))];
-                }
-                NodeKind::Leaf(facet) => {
-                    let sides = self.solution.forest.sides_of(facet);
-                    return if sides.len() > 1 && is_second(0.5) { sides.end - 1 } else { sides.start };
-                }
-            }
-        }
+        let (facet, left) = self.hierarchy.facet_at(cluster, at);
+        let sides = self.solution.forest.sides_of(facet);
+        (sides.start + (left * sides.len() as f64) as usize).min(sides.end - 1)
     }
 
     /// What an element shines by itself, W/m², and its reflectance.
