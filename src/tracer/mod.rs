@@ -45,9 +45,15 @@ impl Segment {
     /// Between which shares of its length a segment is blocked by a hit: the endpoint rule.
     #[inline]
     pub fn open_part(&self) -> [f32; 2] {
-        let margin = (END_MARGIN / self.from.distance(self.to)).min(0.5);
-        [margin, 1.0 - margin]
+        open_part(self.from.distance_squared(self.to))
     }
+}
+
+/// See [`Segment::open_part`]: that of a segment whose length has this square.
+#[inline]
+fn open_part(squared_length: f32) -> [f32; 2] {
+    let margin = (END_MARGIN / squared_length.sqrt()).min(0.5);
+    [margin, 1.0 - margin]
 }
 
 /// Which facets may block.

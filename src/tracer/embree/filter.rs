@@ -17,24 +17,31 @@ pub(super) struct FilterContext<'a> {
     pub(super) candidates: Candidates<'a>,
     /// Facets that do not block, by ray id.
     pub(super) skip: [[u32; 2]; PACKET],
-    /// Where a hit counts, by ray id: [`Segment::open_part`](crate::tracer::Segment::open_part).
-    pub(super) open_part: [[f32; 2]; PACKET],
+    /// From where on a hit counts, by ray id: [`Segment::open_part`](crate::tracer::Segment::open_part).
+    pub(super) near: [f32; PACKET],
+    /// And up to where.
+    pub(super) far: [f32; PACKET],
     /// Accepted facet by ray id, [`NO_FACET`] where none was.
     pub(super) blockers: [u32; PACKET],
-    /// What was seen in this packet.
-    pub(super) audit: FilterAudit,
+    /// Counts what is seen.
+    pub(super) audit: &'a mut FilterAudit,
 }
 
 impl<'a> FilterContext<'a> {
-    pub(super) fn new(facet_of_triangle: &'a [u32], candidates: Candidates<'a>) -> Self {
+    pub(super) fn new(
+        facet_of_triangle: &'a [u32],
+        candidates: Candidates<'a>,
+        audit: &'a mut FilterAudit,
+    ) -> Self {
         FilterContext {
             query: raw::RTCRayQueryContext { instID: [u32::MAX], instPrimID: [u32::MAX] },
             facet_of_triangle,
             candidates,
             skip: [[NO_FACET; 2]; PACKET],
-            open_part: [[0.0, 1.0]; PACKET],
+            near: [0.0; PACKET],
+            far: [1.0; PACKET],
             blockers: [NO_FACET; PACKET],
-            audit: FilterAudit::default(),
+            audit,
         }
     }
 
@@ -56,18 +63,15 @@ impl<'a> FilterContext<'a> {
     /// number gives an answer.
     fn accepts(&mut self, id: u32, triangle: u32, t: f32) -> bool {
         self.audit.calls += 1;
-        let skip = self.skip.get(id as usize);
-        let open_part = self.open_part.get(id as usize);
-        let facet = self.facet_of_triangle.get(triangle as usize);
-        if let (Some(skip), Some(&[near, far]), Some(&facet)) = (skip, open_part, facet)
-            && t > near
-            && t < far
-            && !skip.contains(&facet)
+        let ray = id as usize;
+        if ray < PACKET
+            && t > self.near[ray]
+            && t < self.far[ray]
+            && let Some(&facet) = self.facet_of_triangle.get(triangle as usize)
+            && !self.skip[ray].contains(&facet)
         {
             if self.candidates.contains(facet) {
-                if let Some(blocker) = self.blockers.get_mut(id as usize) {
-                    *blocker = facet;
-                }
+                self.blockers[ray] = facet;
                 return true;
             }
             self.audit.note_outsider(facet);
@@ -96,19 +100,27 @@ unsafe extern "C" fn filter_hits(arguments: *const raw::RTCFilterFunctionNArgume
     };
     let lanes = arguments.N as usize;
     let (ray, hit) = (arguments.ray.cast::<u32>(), arguments.hit.cast::<u32>());
-    for lane in 0..lanes {
-        // SAFETY: `valid` has N entries, and the rows of rays and hits N words each; at the ray's
-        // `tfar` is the distance of the hit, a float of the same size.
-        unsafe {
-            let valid = arguments.valid.add(lane);
-            if *valid == 0 {
-                continue;
-            }
-            let id = *ray.add(row::RAY_ID * lanes + lane);
-            let t = f32::from_bits(*ray.add(row::RAY_TFAR * lanes + lane));
-            let triangle = *hit.add(row::HIT_PRIMITIVE * lanes + lane);
+    // SAFETY: `valid` has N entries.
+    let valid = unsafe { std::slice::from_raw_parts_mut(arguments.valid, lanes) };
+    for (group, valid) in valid.chunks_mut(PACKET).enumerate() {
+        // Most lanes are inactive, and which ones nobody can foresee: bits of a mask need no branch for each.
+        let bit = |(lane, &valid): (usize, &i32)| u32::from(valid != 0) << lane;
+        let mut active: u32 = valid.iter().enumerate().map(bit).sum();
+        while active != 0 {
+            let own = active.trailing_zeros() as usize;
+            active &= active - 1;
+            let lane = group * PACKET + own;
+            // SAFETY: the rows of rays and hits have N words each; at the ray's `tfar` is the distance of the hit, a
+            // float of the same size.
+            let (id, t, triangle) = unsafe {
+                (
+                    *ray.add(row::RAY_ID * lanes + lane),
+                    f32::from_bits(*ray.add(row::RAY_TFAR * lanes + lane)),
+                    *hit.add(row::HIT_PRIMITIVE * lanes + lane),
+                )
+            };
             if !context.accepts(id, triangle, t) {
-                *valid = 0;
+                valid[own] = 0;
             }
         }
     }
@@ -123,15 +135,16 @@ mod tests {
     fn any_ids_and_distances_get_an_answer() {
         let facets = [0, 1];
         let only = [Interval { start: 1, end: 2 }];
-        let mut context = FilterContext::new(&facets, Candidates::Only(&only));
+        let mut audit = FilterAudit::default();
+        let mut context = FilterContext::new(&facets, Candidates::Only(&only), &mut audit);
         for (id, triangle, t) in [(16, 0, 0.5), (u32::MAX, 1, 0.5), (0, 2, 0.5), (0, u32::MAX, 0.5)] {
             assert!(!context.accepts(id, triangle, t));
         }
-        context.open_part = [[0.25, 0.75]; PACKET];
+        (context.near, context.far) = ([0.25; PACKET], [0.75; PACKET]);
         for t in [f32::NAN, f32::INFINITY, -1.0, 0.0, 0.25, 0.75, 1.0] {
             assert!(!context.accepts(0, 1, t), "an end point or nonsense at {t} must not block");
         }
-        assert_eq!(context.audit, FilterAudit { calls: 11, rejects: 11, ..FilterAudit::default() });
         assert_eq!(context.blockers, [NO_FACET; PACKET]);
+        assert_eq!(audit, FilterAudit { calls: 11, rejects: 11, ..FilterAudit::default() });
     }
 }

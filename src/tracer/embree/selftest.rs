@@ -13,7 +13,7 @@ use super::{
     packet::{ActiveLanes, Lane, packet},
     scene::TriangleScene,
 };
-use crate::tracer::{Candidates, NO_FACET, PACKET};
+use crate::tracer::{Candidates, FilterAudit, NO_FACET, PACKET};
 
 /// A self-test that was passed.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -65,8 +65,11 @@ pub(super) fn two_triangles(api: &Arc<raw::Api>) -> Result<TriangleScene, Refusa
 
 /// From the origin along the z axis, `t` from 0 to 1 up to z = 4: hits at 0.25 and 0.5.
 fn probe() -> Lane {
-    Lane { origin: Vec3::ZERO, direction: Vec3::new(0.0, 0.0, 4.0), near: 1e-4, far: 1.0 - 1e-4 }
+    Lane { origin: Vec3::ZERO, direction: Vec3::new(0.0, 0.0, 4.0) }
 }
+
+/// The part of it that counts.
+const PART: [f32; 2] = [1e-4, 1.0 - 1e-4];
 
 fn bounds_fit(scene: &TriangleScene) -> Result<String, String> {
     let expected = [Vec3::new(-1.0, -1.0, 1.0), Vec3::new(3.0, 3.0, 2.0)];
@@ -80,7 +83,7 @@ fn bounds_fit(scene: &TriangleScene) -> Result<String, String> {
 }
 
 fn closest_hit_is_right(scene: &TriangleScene) -> Result<String, String> {
-    let mut query = raw::RTCRayHit { ray: probe().ray(0), hit: no_hit() };
+    let mut query = raw::RTCRayHit { ray: probe().ray(PART), hit: no_hit() };
     // SAFETY: the scene is committed, the struct is ours; null arguments are the defaults.
     unsafe { scene.api().rtcIntersect1(scene.raw(), &raw mut query, ptr::null_mut()) };
     let (t, hit) = (query.ray.tfar, &query.hit);
@@ -139,7 +142,7 @@ pub(super) fn guard_holds(
             // SAFETY: the buffer is larger and more aligned than RTCRayHit; the query reads and writes
             // only in it, even if the library's struct were as large as the buffer.
             unsafe {
-                start.cast::<raw::RTCRay>().write(probe().ray(0));
+                start.cast::<raw::RTCRay>().write(probe().ray(PART));
                 set_no_geometry(start, size_of::<raw::RTCRay>(), 1);
                 scene.api().rtcIntersect1(scene.raw(), start.cast(), ptr::null_mut());
             }
@@ -147,7 +150,7 @@ pub(super) fn guard_holds(
         GuardedQuery::Sixteen => {
             debug_assert!(struct_size >= size_of::<raw::RTCRay16>());
             guarded.0[..struct_size].fill(0);
-            let (active, rays) = packet(std::iter::repeat_n(probe(), PACKET));
+            let (active, rays) = packet(std::iter::repeat_n(probe(), PACKET), |_| PART);
             // SAFETY: as above, for RTCRayHit16.
             unsafe {
                 start.cast::<raw::RTCRay16>().write(rays);
@@ -189,17 +192,18 @@ unsafe fn intersect16(scene: &TriangleScene, active: &ActiveLanes, query: *mut c
 fn filter_fires(scene: &TriangleScene, query: GuardedQuery) -> Result<String, String> {
     let lanes = if query == GuardedQuery::One { 1 } else { PACKET };
     let blocked = |candidates| {
-        let mut context = FilterContext::new(&[0, 1], candidates);
+        let mut audit = FilterAudit::default();
+        let mut context = FilterContext::new(&[0, 1], candidates, &mut audit);
         let this = &raw mut context;
         let mut arguments = FilterContext::arguments(this);
         // SAFETY: the scene is committed, rays and arguments are ours and aligned by their types, and
         // `this` is the only way to the context until the calls return.
         unsafe {
             if query == GuardedQuery::One {
-                let mut ray = probe().ray(0);
+                let mut ray = probe().ray(PART);
                 scene.api().rtcOccluded1(scene.raw(), &raw mut ray, &raw mut arguments);
             } else {
-                let (active, mut rays) = packet(std::iter::repeat_n(probe(), PACKET));
+                let (active, mut rays) = packet(std::iter::repeat_n(probe(), PACKET), |_| PART);
                 let active = active.0.as_ptr();
                 scene.api().rtcOccluded16(active, scene.raw(), &raw mut rays, &raw mut arguments);
             }

@@ -10,7 +10,9 @@ use super::{
     packet::{ActiveLanes, Lane, no_hit16, packet},
     scene::TriangleScene,
 };
-use crate::tracer::{Candidates, FilterAudit, Hit, NO_FACET, PACKET, Ray, Segment, TraceMesh, Tracer};
+use crate::tracer::{
+    Candidates, FilterAudit, Hit, NO_FACET, PACKET, Ray, Segment, TraceMesh, Tracer, open_part,
+};
 
 /// Embree on one [`TraceMesh`]. Queries are thread-safe and do not depend on the number of threads,
 /// nor a segment's answer on the others of its packet.
@@ -54,29 +56,26 @@ impl EmbreeTracer {
     /// With more than [`PACKET`] segments.
     pub fn blocked_without_filter(&self, segments: &[Segment]) -> [bool; PACKET] {
         assert!(segments.len() <= PACKET, "{} segments", segments.len());
-        let lanes = segments.iter().map(lane_of_segment);
+        let (active, mut rays) = packet(segments.iter().map(lane_of_segment), open_part);
         // SAFETY: null arguments are the defaults.
-        let (active, rays) = unsafe { self.occlude_packet(lanes, ptr::null_mut()) };
+        unsafe { self.occlude(&active, &mut rays, ptr::null_mut()) };
         std::array::from_fn(|lane| active.0[lane] != 0 && rays.tfar[lane] == f32::NEG_INFINITY)
     }
 
-    /// The lanes of a packet, and its rays when Embree is done with them.
+    /// Asks which rays of a packet are blocked.
     ///
     /// # Safety
     /// `arguments` is null, or they and what they point to are valid, and nothing else refers to them until
     /// the call returns.
-    unsafe fn occlude_packet(
+    unsafe fn occlude(
         &self,
-        lanes: impl Iterator<Item = Lane>,
+        active: &ActiveLanes,
+        rays: &mut raw::RTCRay16,
         arguments: *mut raw::RTCOccludedArguments,
-    ) -> (ActiveLanes, raw::RTCRay16) {
-        let (active, mut rays) = packet(lanes);
-        // SAFETY: the scene is committed, the packet and its lanes are ours and aligned to 64 bytes by their
-        // types; for the arguments the caller answers.
-        unsafe {
-            self.scene.api().rtcOccluded16(active.0.as_ptr(), self.scene.raw(), &raw mut rays, arguments);
-        }
-        (active, rays)
+    ) {
+        // SAFETY: the scene is committed, the packet and its lanes are aligned to 64 bytes by their types; for the
+        // arguments the caller answers.
+        unsafe { self.scene.api().rtcOccluded16(active.0.as_ptr(), self.scene.raw(), rays, arguments) };
     }
 
     fn block_packet(
@@ -86,19 +85,17 @@ impl EmbreeTracer {
         blockers: &mut [u32],
         audit: &mut FilterAudit,
     ) {
-        let mut context = FilterContext::new(&self.facet_of_triangle, candidates);
-        let mut lanes = [Lane::IDLE; PACKET];
-        for (id, segment) in segments.iter().enumerate() {
-            lanes[id] = lane_of_segment(segment);
-            context.skip[id] = segment.skip;
-            context.open_part[id] = [lanes[id].near, lanes[id].far];
+        let mut context = FilterContext::new(&self.facet_of_triangle, candidates, audit);
+        for (skip, segment) in context.skip.iter_mut().zip(segments) {
+            *skip = segment.skip;
         }
-        let lanes = &lanes[..segments.len()];
-        let this = &raw mut context;
-        let mut arguments = FilterContext::arguments(this);
-        if let [lane] = lanes {
+        let lanes = segments.iter().map(lane_of_segment);
+        if let [segment] = segments {
+            let (lane, open_part) = (lane_of_segment(segment), segment.open_part());
             if lane.is_valid() {
-                let mut ray = lane.ray(0);
+                [context.near[0], context.far[0]] = open_part;
+                let (mut ray, this) = (lane.ray(open_part), &raw mut context);
+                let mut arguments = FilterContext::arguments(this);
                 // SAFETY: the scene is committed, the ray and the arguments are ours, and `this` is the
                 // only way to the context until the call returns.
                 unsafe {
@@ -106,17 +103,19 @@ impl EmbreeTracer {
                 }
             }
         } else {
-            // SAFETY: as above.
-            unsafe { self.occlude_packet(lanes.iter().copied(), &raw mut arguments) };
+            let (active, mut rays) = packet(lanes, open_part);
+            (context.near, context.far) = (rays.tnear, rays.tfar);
+            let mut arguments = FilterContext::arguments(&raw mut context);
+            // SAFETY: as above, and the packet and its lanes are aligned to 64 bytes by their types.
+            unsafe { self.occlude(&active, &mut rays, &raw mut arguments) };
         }
-        // SAFETY: the query is over; `this` points to the local above.
-        let context = unsafe { &*this };
         blockers.copy_from_slice(&context.blockers[..blockers.len()]);
-        add(audit, &context.audit);
     }
 
     fn hit_packet(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        let (active, ray) = packet(rays.iter().map(lane_of_ray));
+        // From just after the origin, so that `t > 0`, to infinity.
+        let lanes = rays.iter().map(|ray| Lane { origin: ray.origin, direction: ray.direction });
+        let (active, ray) = packet(lanes, |_| [f32::MIN_POSITIVE, f32::INFINITY]);
         let mut query = raw::RTCRayHit16 { ray, hit: no_hit16() };
         // SAFETY: the scene is committed, packet and lanes are ours and aligned to 64 bytes by their
         // types; null arguments are the defaults.
@@ -167,22 +166,8 @@ impl Tracer for EmbreeTracer {
     }
 }
 
-/// The endpoint rule, in units of the segment's length.
 fn lane_of_segment(segment: &Segment) -> Lane {
-    let [near, far] = segment.open_part();
-    Lane { origin: segment.from, direction: segment.to - segment.from, near, far }
-}
-
-/// From just after the origin, so that `t > 0`, to infinity.
-fn lane_of_ray(ray: &Ray) -> Lane {
-    Lane { origin: ray.origin, direction: ray.direction, near: f32::MIN_POSITIVE, far: f32::INFINITY }
-}
-
-fn add(audit: &mut FilterAudit, packet: &FilterAudit) {
-    audit.calls += packet.calls;
-    audit.rejects += packet.rejects;
-    audit.outsiders += packet.outsiders;
-    packet.named.facets().iter().for_each(|&facet| audit.named.name(facet));
+    Lane { origin: segment.from, direction: segment.to - segment.from }
 }
 
 fn check_facets(mesh: &TraceMesh) -> Result<(), EmbreeError> {
