@@ -122,14 +122,14 @@ impl<const N: usize> pulp::NullaryFnOnce for Walk<'_, N> {
             }
             for slot in node.first_index..node.first_index + node.prim_count {
                 let leaf = &leaves[slot as usize];
-                let mut met = lanes.meet(leaf.corners);
+                let [mut met, certain] = lanes.meet(leaf.corners);
                 while met != 0 {
                     let lane = met.trailing_zeros() as usize;
                     met &= met - 1;
                     let segment = &segments[lane];
                     // Most segments begin and end on facets that they skip: no need to look closer.
                     if !segment.skip.contains(&leaf.facet)
-                        && is_blocked_by(segment, leaf)
+                        && (certain >> lane & 1 == 1 || is_blocked_by(segment, leaf))
                         && audit.accepts(leaf.facet, segment.skip, &candidates)
                     {
                         blockers[lane] = leaf.facet;

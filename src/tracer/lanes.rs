@@ -15,6 +15,10 @@ const BOX_SLACK: f32 = 1.0 + 1e-6;
 /// 40 roundings, of which there are fewer than 30.
 const SIDE_SLACK: f32 = 40.0 * f32::EPSILON / 2.0;
 
+/// Where a segment passes a plane, see [`Lanes::pass`]: what is rounded away for each unit of length that it may be from the
+/// origin, some 170 roundings, and the shares of it at both ends that do not count, 100 of them.
+const PLANE_SLACK: [f32; 2] = [256.0 * f32::EPSILON / 2.0, 128.0 * f32::EPSILON / 2.0];
+
 /// Segments as lanes: by axis, then by segment.
 pub(super) struct Lanes<const N: usize> {
     origin: [[f32; N]; 3],
@@ -24,21 +28,49 @@ pub(super) struct Lanes<const N: usize> {
     moment: [[f32; N]; 3],
     /// Bound of [`SIDE_SLACK`] for an edge whose longest coordinate is 1.
     slack: [f32; N],
+    /// Bound of [`PLANE_SLACK`] for a triangle whose longest coordinate is 1.
+    depth: [f32; N],
     /// 1, or below 0 for a segment that is not looked at any more.
     end: [f32; N],
 }
 
-/// An edge as a line: where it goes, and its moment.
-struct Edge {
-    along: [f32; 3],
-    moment: [f32; 3],
+/// The edges of a triangle as lines: by axis, then by edge; the last one is the first once more.
+struct Edges {
+    /// Where they go.
+    along: [[f32; 4]; 3],
+    moment: [[f32; 4]; 3],
 }
 
-impl Edge {
+impl Edges {
     #[inline(always)]
-    fn new(from: Vec3, to: Vec3) -> Edge {
-        let along = to - from;
-        Edge { along: along.to_array(), moment: from.cross(along).to_array() }
+    fn new([a, b, c]: [Vec3; 3]) -> Edges {
+        let from = [[a.x, b.x, c.x, a.x], [a.y, b.y, c.y, a.y], [a.z, b.z, c.z, a.z]];
+        let to = [[b.x, c.x, a.x, b.x], [b.y, c.y, a.y, b.y], [b.z, c.z, a.z, b.z]];
+        let (mut along, mut moment) = ([[0.0; 4]; 3], [[0.0; 4]; 3]);
+        for axis in 0..3 {
+            for edge in 0..4 {
+                along[axis][edge] = to[axis][edge] - from[axis][edge];
+            }
+        }
+        for (axis, moment) in moment.iter_mut().enumerate() {
+            let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
+            for edge in 0..4 {
+                moment[edge] = from[i][edge] * along[j][edge] - from[j][edge] * along[i][edge];
+            }
+        }
+        Edges { along, moment }
+    }
+
+    /// The longest coordinate of any of them.
+    #[inline(always)]
+    fn longest(&self) -> f32 {
+        let mut longest = 0.0;
+        for along in &self.along {
+            for along in &along[..3] {
+                longest = greater(longest, along.abs());
+            }
+        }
+        longest
     }
 }
 
@@ -53,47 +85,42 @@ fn greater(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// By halves, as vectors are folded.
-#[inline(always)]
-fn largest<const N: usize>(mut values: [f32; N]) -> f32 {
-    let mut half = N / 2;
-    while half > 0 {
-        for lane in 0..half {
-            values[lane] = greater(values[lane], values[lane + half]);
-        }
-        half /= 2;
-    }
-    values[0]
-}
-
 impl<const N: usize> Lanes<N> {
     /// Lanes of segments in a scene that reaches out to `extent` along every axis.
+    #[inline(always)]
     pub(super) fn new(segments: &[Segment], extent: f32) -> Lanes<N> {
-        let mut lanes = Lanes {
-            origin: [[0.0; N]; 3],
-            direction: [[0.0; N]; 3],
-            inverse: [[0.0; N]; 3],
-            moment: [[0.0; N]; 3],
-            slack: [0.0; N],
-            end: [-1.0; N],
-        };
+        let (mut origin, mut direction, mut end) = ([[0.0; N]; 3], [[0.0; N]; 3], [-1.0; N]);
         for (lane, segment) in segments.iter().enumerate() {
-            let direction = segment.to - segment.from;
-            let moment = segment.from.as_dvec3().cross(direction.as_dvec3()).as_vec3();
+            let along = segment.to - segment.from;
             for axis in 0..3 {
-                let along = direction[axis];
+                origin[axis][lane] = segment.from[axis];
+                direction[axis][lane] = along[axis];
+            }
+            end[lane] = 1.0;
+        }
+        let (mut inverse, mut moment) = ([[0.0; N]; 3], [[0.0; N]; 3]);
+        let (mut reach, mut longest, mut turned) = ([extent; N], [0.0; N], [0.0; N]);
+        for axis in 0..3 {
+            let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
+            for lane in 0..N {
+                let along = direction[axis][lane];
                 let least = if along < 0.0 { -LEAST_DIRECTION } else { LEAST_DIRECTION };
                 let safe = if along.abs() < LEAST_DIRECTION { least } else { along };
-                lanes.origin[axis][lane] = segment.from[axis];
-                lanes.direction[axis][lane] = along;
-                lanes.inverse[axis][lane] = 1.0 / safe;
-                lanes.moment[axis][lane] = moment[axis];
+                inverse[axis][lane] = 1.0 / safe;
+                let [oi, oj] = [origin[i][lane], origin[j][lane]].map(f64::from);
+                let [di, dj] = [direction[i][lane], direction[j][lane]].map(f64::from);
+                moment[axis][lane] = (oi * dj - oj * di) as f32;
+                reach[lane] = greater(reach[lane], origin[axis][lane].abs() + along.abs());
+                longest[lane] = greater(longest[lane], along.abs());
+                turned[lane] = greater(turned[lane], moment[axis][lane].abs());
             }
-            let largest = direction.abs().max_element() * extent + moment.abs().max_element();
-            lanes.slack[lane] = SIDE_SLACK * largest;
-            lanes.end[lane] = 1.0;
         }
-        lanes
+        let (mut slack, mut depth) = ([0.0; N], [0.0; N]);
+        for lane in 0..N {
+            slack[lane] = SIDE_SLACK * (longest[lane] * extent + turned[lane]);
+            depth[lane] = PLANE_SLACK[0] * reach[lane] + PLANE_SLACK[1];
+        }
+        Lanes { origin, direction, inverse, moment, slack, depth, end }
     }
 
     /// Does not look at a segment any more.
@@ -115,48 +142,92 @@ impl<const N: usize> Lanes<N> {
                 leaves[lane] = lesser(leaves[lane], greater(first, second));
             }
         }
-        let mut room = [0.0; N];
+        let mut any = 0u32;
         for lane in 0..N {
-            room[lane] = leaves[lane] * BOX_SLACK - enters[lane];
+            any |= u32::from(leaves[lane] * BOX_SLACK >= enters[lane]);
         }
-        largest(room) >= 0.0
+        any != 0
     }
 
-    /// Which segments' lines may meet a triangle, a bit for each.
+    /// Which segments' lines may meet a triangle, and which of these pass it inside for certain: a bit for each, the
+    /// latter `N` bits further up.
     #[inline(always)]
-    pub(super) fn meet(&self, [a, b, c]: [Vec3; 3]) -> u32 {
-        let edges = [Edge::new(a, b), Edge::new(b, c), Edge::new(c, a)];
-        let mut longest = 0.0;
-        for edge in &edges {
-            for along in edge.along {
-                longest = greater(longest, along.abs());
-            }
-        }
+    fn sides(&self, edges: &Edges, longest: f32) -> u32 {
         let (mut low, mut high) = ([f32::MAX; N], [f32::MIN; N]);
         let ([dx, dy, dz], [mx, my, mz]) = (&self.direction, &self.moment);
-        for Edge { along, moment } in &edges {
+        let ([ax, ay, az], [bx, by, bz]) = (&edges.along, &edges.moment);
+        for edge in 0..3 {
             for lane in 0..N {
-                let side = dx[lane] * moment[0]
-                    + dy[lane] * moment[1]
-                    + dz[lane] * moment[2]
-                    + mx[lane] * along[0]
-                    + my[lane] * along[1]
-                    + mz[lane] * along[2];
+                let side = dx[lane] * bx[edge]
+                    + dy[lane] * by[edge]
+                    + dz[lane] * bz[edge]
+                    + mx[lane] * ax[edge]
+                    + my[lane] * ay[edge]
+                    + mz[lane] * az[edge];
                 low[lane] = lesser(low[lane], side);
                 high[lane] = greater(high[lane], side);
             }
         }
-        let mut met = [0u32; N];
+        let mut any = 0;
         for lane in 0..N {
             let slack = self.slack[lane] * longest;
             let is_met = (low[lane] >= -slack || high[lane] <= slack) && self.end[lane] > 0.0;
-            met[lane] = u32::from(is_met) << lane;
+            any |= u32::from(is_met);
+        }
+        if any == 0 {
+            return 0;
+        }
+        let mut bits = [0u32; N];
+        for lane in 0..N {
+            let slack = self.slack[lane] * longest;
+            let is_open = self.end[lane] > 0.0;
+            let is_met = (low[lane] >= -slack || high[lane] <= slack) && is_open;
+            let is_inside = (low[lane] > slack || high[lane] < -slack) && is_open;
+            bits[lane] = u32::from(is_met) << lane | u32::from(is_inside) << (lane + N);
         }
         let mut all = 0;
-        for one in met {
+        for one in bits {
             all |= one;
         }
         all
+    }
+
+    /// Which segments pass the plane of a triangle for certain between their ends.
+    #[inline(always)]
+    fn pass(&self, corner: Vec3, edges: &Edges, longest: f32) -> u32 {
+        let [x, y, z] = &edges.along;
+        let normal = Vec3::new(x[2], y[2], z[2]).cross(Vec3::new(x[0], y[0], z[0]));
+        let offset = normal.dot(corner);
+        let square = longest * longest;
+        let mut bits = [0u32; N];
+        for lane in 0..N {
+            let along =
+                |at: &[[f32; N]; 3]| normal.x * at[0][lane] + normal.y * at[1][lane] + normal.z * at[2][lane];
+            let (height, way) = (offset - along(&self.origin), along(&self.direction));
+            let height = if way < 0.0 { -height } else { height };
+            let slack = self.depth[lane] * square;
+            bits[lane] = u32::from(height > slack && height < way.abs() - slack) << lane;
+        }
+        let mut all = 0;
+        for one in bits {
+            all |= one;
+        }
+        all
+    }
+
+    /// Which segments may meet a triangle, a bit for each: all of them that do so. And which of these meet it for certain,
+    /// between their ends.
+    #[inline(always)]
+    pub(super) fn meet(&self, corners: [Vec3; 3]) -> [u32; 2] {
+        let edges = Edges::new(corners);
+        let longest = edges.longest();
+        let sides = self.sides(&edges, longest);
+        if sides == 0 {
+            return [0; 2];
+        }
+        let inside = sides >> N;
+        let certain = if inside == 0 { 0 } else { inside & self.pass(corners[0], &edges, longest) };
+        [sides & ((1 << N) - 1), certain]
     }
 }
 
@@ -196,29 +267,55 @@ mod tests {
         }
     }
 
-    /// How many segments meet triangles of a size, how many were passed over though they do, and how many were let
-    /// through though they do not.
-    fn meetings(size: f32, widen: f32) -> [usize; 3] {
+    /// Of segments and triangles of a size.
+    #[derive(Default)]
+    struct Meetings {
+        /// Segments whose lines meet a triangle.
+        met: usize,
+        /// Those that were passed over though they do.
+        missed: usize,
+        /// Let through though they do not.
+        needless: usize,
+        /// Said to meet it between their ends for certain.
+        certain: usize,
+        /// Those that do not.
+        wrong: usize,
+    }
+
+    /// With so many times the bounds of what is rounded away.
+    fn meetings(size: f32, widen: f32) -> Meetings {
         let mut numbers = Numbers { sequence: PairSequence::new(1), next: 0 };
-        let mut counts = [0; 3];
+        let mut counts = Meetings::default();
         for round in 0..3000 {
             let segments = numbers.segments();
             let mut lanes = Lanes::<COUNT>::new(&segments, 1.0);
             lanes.slack = lanes.slack.map(|slack| slack * widen);
+            lanes.depth = lanes.depth.map(|depth| depth * widen);
             let mut corners = [(); 3].map(|()| numbers.point(1.0));
             corners = corners.map(|corner| corners[0] + (corner - corners[0]) * size);
-            // Every other triangle has a corner on a segment, and so its line goes through an edge or a corner.
+            // Every other triangle has a corner on a segment, and so its line goes through an edge or a corner; of every
+            // other one of these the plane goes through the end of another segment.
             if round % 2 == 0 {
                 let Segment { from, to, .. } = segments[round % COUNT];
                 corners[1] = from + (to - from) * 0.5;
             }
-            let met = lanes.meet(corners);
+            if round % 4 == 0 {
+                let center = corners.into_iter().sum::<Vec3>() / 3.0;
+                let shift = segments[(round + 3) % COUNT].to - center;
+                corners = corners.map(|corner| corner + shift);
+            }
+            let [met, certain] = lanes.meet(corners);
             for (lane, segment) in segments.iter().enumerate() {
                 let is_let_through = met >> lane & 1 == 1;
-                let meets = Probe::new(segment.from, segment.to - segment.from).meet(&corners).is_some();
-                counts[0] += usize::from(meets);
-                counts[1] += usize::from(meets && !is_let_through);
-                counts[2] += usize::from(!meets && is_let_through);
+                let at = Probe::new(segment.from, segment.to - segment.from).meet(&corners);
+                let [near, far] = segment.open_part().map(f64::from);
+                counts.met += usize::from(at.is_some());
+                counts.missed += usize::from(at.is_some() && !is_let_through);
+                counts.needless += usize::from(at.is_none() && is_let_through);
+                if certain >> lane & 1 == 1 {
+                    counts.certain += 1;
+                    counts.wrong += usize::from(!at.is_some_and(|t| t > near && t < far));
+                }
             }
         }
         counts
@@ -227,16 +324,25 @@ mod tests {
     #[test]
     fn no_triangle_that_is_met_is_passed_over() {
         for size in [1.0, 0.1, 1e-2, 1e-3] {
-            let [met, missed, needless] = meetings(size, 1.0);
+            let Meetings { met, missed, needless, .. } = meetings(size, 1.0);
             assert!(met > 500 && missed == 0, "{size}: {missed} of {met} passed over");
             assert!(needless < 3000 * COUNT / 50, "{size}: {needless} let through");
         }
     }
 
-    /// Without the bound of what is rounded away some would be.
     #[test]
-    fn without_slack_triangles_are_passed_over() {
-        assert!(meetings(0.1, -1.0)[1] > 0);
+    fn what_is_certain_is_met_between_the_ends() {
+        for size in [1.0, 0.1] {
+            let Meetings { met, certain, wrong, .. } = meetings(size, 1.0);
+            assert!(certain > met / 20 && wrong == 0, "{size}: {wrong} of {certain} wrong, {met} met");
+        }
+    }
+
+    /// Triangles are passed over, and what is certain is not met.
+    #[test]
+    fn without_slack_some_are_wrong() {
+        let Meetings { missed, wrong, .. } = meetings(0.1, -1.0);
+        assert!(missed > 0 && wrong > 0, "{missed} passed over, {wrong} wrong");
     }
 
     #[test]
@@ -265,11 +371,11 @@ mod tests {
         let segment = Segment { from: Vec3::ZERO, to: Vec3::Z, skip: [NO_FACET; 2] };
         let triangle = [Vec3::new(-1.0, -1.0, 0.5), Vec3::new(1.0, -1.0, 0.5), Vec3::new(0.0, 1.0, 0.5)];
         let mut lanes = Lanes::<4>::new(&[segment; 2], 1.0);
-        assert_eq!(lanes.meet(triangle), 0b11);
+        assert_eq!(lanes.meet(triangle), [0b11; 2]);
         lanes.close(0);
-        assert_eq!(lanes.meet(triangle), 0b10);
+        assert_eq!(lanes.meet(triangle), [0b10; 2]);
         lanes.close(1);
-        assert_eq!(lanes.meet(triangle), 0);
+        assert_eq!(lanes.meet(triangle), [0; 2]);
         assert!(!lanes.enter(Vec3::NEG_ONE, Vec3::ONE));
     }
 }
