@@ -6,11 +6,16 @@ use super::triangle::Probe;
 use super::{Candidates, FilterAudit, Hit, NO_FACET, PACKET, Ray, Segment, TraceMesh, Tracer};
 use crate::math::Aabb;
 use glam::{Vec3, Vec3A};
+use obvhs::BvhBuildParams;
 use obvhs::bvh2::{Bvh2, builder::build_bvh2};
 use std::time::Duration;
 
 /// Boxes are grown by this much, local units: a few roundings of the box test.
 const BOX_MARGIN: f32 = 1e-6;
+
+/// A step down the tree costs about as much as the test of a triangle.
+const BUILD: BvhBuildParams =
+    BvhBuildParams { collapse_traversal_cost: 1.0, ..BvhBuildParams::medium_build() };
 
 /// Lanes for a packet with no more segments.
 const FEW: usize = 4;
@@ -47,7 +52,7 @@ impl FallbackTracer {
         let count = mesh.triangles.len() as u32;
         let boxes: Vec<Bounded> =
             (0..count).map(|triangle| Bounded(Aabb::around(mesh.corners(triangle)))).collect();
-        let tree = build_bvh2(&boxes, obvhs::BvhBuildParams::medium_build(), &mut Duration::default());
+        let tree = build_bvh2(&boxes, BUILD, &mut Duration::default());
         let leaf = |&triangle: &u32| Leaf {
             corners: mesh.corners(triangle),
             triangle,
