@@ -100,7 +100,7 @@ unsafe extern "C" fn filter_hits(arguments: *const raw::RTCFilterFunctionNArgume
     };
     let lanes = arguments.N as usize;
     let (ray, hit) = (arguments.ray.cast::<u32>(), arguments.hit.cast::<u32>());
-    // SAFETY: `valid` has N entries.
+    // SAFETY: `valid` is not null and has N entries.
     let valid = unsafe { std::slice::from_raw_parts_mut(arguments.valid, lanes) };
     for (group, valid) in valid.chunks_mut(PACKET).enumerate() {
         // Most lanes are inactive, and which ones nobody can foresee: bits of a mask need no branch for each.
@@ -145,6 +145,50 @@ mod tests {
             assert!(!context.accepts(0, 1, t), "an end point or nonsense at {t} must not block");
         }
         assert_eq!(context.blockers, [NO_FACET; PACKET]);
-        assert_eq!(audit, FilterAudit { calls: 11, rejects: 11, ..FilterAudit::default() });
+        assert_eq!(*context.audit, FilterAudit { calls: 11, rejects: 11, ..FilterAudit::default() });
+        context.candidates = Candidates::All;
+        assert!(context.accepts(0, 1, 0.5));
+        assert_eq!(context.blockers[0], 1);
+    }
+
+    #[test]
+    fn active_lanes_alone_are_asked_whatever_the_size_of_the_packet() {
+        let facets = [7, 8];
+        for lanes in [1, 4, 8, 16, 20] {
+            let mut audit = FilterAudit::default();
+            let mut context = FilterContext::new(&facets, Candidates::All, &mut audit);
+            // Each ray meets one of two facets; ray 2 skips its own, and every third lane is idle.
+            let facet = |lane: usize| facets[(lane + 1) % 2];
+            let is_asked = |lane: usize| lane % 3 != 1;
+            context.skip[2] = [NO_FACET, facet(2)];
+            let (mut rays, mut hits) = (vec![0u32; 12 * lanes], vec![0u32; 9 * lanes]);
+            let mut valid: Vec<i32> = (0..lanes).map(|lane| -i32::from(is_asked(lane))).collect();
+            for lane in 0..lanes {
+                rays[row::RAY_TFAR * lanes + lane] = 0.5f32.to_bits();
+                rays[row::RAY_ID * lanes + lane] = lane as u32;
+                hits[row::HIT_PRIMITIVE * lanes + lane] = (lane as u32 + 1) % 2;
+            }
+            let arguments = raw::RTCFilterFunctionNArguments {
+                valid: valid.as_mut_ptr(),
+                geometryUserPtr: std::ptr::null_mut(),
+                context: (&raw mut context).cast::<raw::RTCRayQueryContext>(),
+                ray: rays.as_mut_ptr().cast(),
+                hit: hits.as_mut_ptr().cast(),
+                N: lanes as u32,
+            };
+            // SAFETY: all that the arguments point to is ours, and of N lanes.
+            unsafe { filter_hits(&raw const arguments) };
+            for (lane, &valid) in valid.iter().enumerate() {
+                let is_accepted = is_asked(lane) && lane != 2 && lane < PACKET;
+                assert_eq!(valid != 0, is_accepted, "lane {lane} of {lanes}");
+                let expected = if is_accepted { facet(lane) } else { NO_FACET };
+                assert_eq!(
+                    context.blockers.get(lane).copied().unwrap_or(NO_FACET),
+                    expected,
+                    "lane {lane} of {lanes}"
+                );
+            }
+            assert_eq!(audit.calls, (0..lanes).filter(|&lane| is_asked(lane)).count() as u64);
+        }
     }
 }

@@ -43,8 +43,8 @@ impl Lane {
     }
 }
 
-/// Sixteen lanes; ray `i` has id `i`, and lanes without a valid ray are inactive. Which part of a ray counts `part` says of
-/// its squared length, in shares of the direction.
+/// Sixteen lanes; ray `i` has id `i`, and lanes without a valid ray are inactive. `part` tells from a ray's squared length
+/// between which shares of it hits count.
 #[inline]
 pub(super) fn packet(
     lanes: impl Iterator<Item = Lane>,

@@ -89,7 +89,6 @@ impl EmbreeTracer {
         for (skip, segment) in context.skip.iter_mut().zip(segments) {
             *skip = segment.skip;
         }
-        let lanes = segments.iter().map(lane_of_segment);
         if let [segment] = segments {
             let (lane, open_part) = (lane_of_segment(segment), segment.open_part());
             if lane.is_valid() {
@@ -103,10 +102,10 @@ impl EmbreeTracer {
                 }
             }
         } else {
-            let (active, mut rays) = packet(lanes, open_part);
+            let (active, mut rays) = packet(segments.iter().map(lane_of_segment), open_part);
             (context.near, context.far) = (rays.tnear, rays.tfar);
             let mut arguments = FilterContext::arguments(&raw mut context);
-            // SAFETY: as above, and the packet and its lanes are aligned to 64 bytes by their types.
+            // SAFETY: the arguments and the context are ours, and nothing else refers to them until the call returns.
             unsafe { self.occlude(&active, &mut rays, &raw mut arguments) };
         }
         blockers.copy_from_slice(&context.blockers[..blockers.len()]);
