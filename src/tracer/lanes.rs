@@ -89,6 +89,12 @@ fn greater(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
+/// How far one of some vectors goes along a direction.
+#[inline(always)]
+fn along<const N: usize>(direction: Vec3, vectors: &[[f32; N]; 3], lane: usize) -> f32 {
+    direction.x * vectors[0][lane] + direction.y * vectors[1][lane] + direction.z * vectors[2][lane]
+}
+
 #[inline(always)]
 fn union<const N: usize>(bits: [u32; N]) -> u32 {
     let mut all = 0;
@@ -210,13 +216,12 @@ impl<const N: usize> Lanes<N> {
         let offset = normal.dot(corner);
         let square = longest * longest;
         let mut bits = [0u32; N];
-        for lane in 0..N {
-            let along =
-                |at: &[[f32; N]; 3]| normal.x * at[0][lane] + normal.y * at[1][lane] + normal.z * at[2][lane];
-            let (height, way) = (offset - along(&self.origin), along(&self.direction));
+        for (lane, bit) in bits.iter_mut().enumerate() {
+            let height = offset - along(normal, &self.origin, lane);
+            let way = along(normal, &self.direction, lane);
             let height = if way < 0.0 { -height } else { height };
             let slack = self.depth[lane] * square;
-            bits[lane] = u32::from(height > slack && height < way.abs() - slack) << lane;
+            *bit = u32::from(height > slack && height < way.abs() - slack) << lane;
         }
         union(bits)
     }

@@ -62,22 +62,18 @@ impl<'a> FilterContext<'a> {
     /// Whether the hit of ray `id` on `triangle` at `t` blocks; a blocker is recorded. Total: any
     /// number gives an answer.
     fn accepts(&mut self, id: u32, triangle: u32, t: f32) -> bool {
-        self.audit.calls += 1;
         let ray = id as usize;
-        if ray < PACKET
-            && t > self.near[ray]
-            && t < self.far[ray]
-            && let Some(&facet) = self.facet_of_triangle.get(triangle as usize)
-            && !self.skip[ray].contains(&facet)
-        {
-            if self.candidates.contains(facet) {
-                self.blockers[ray] = facet;
-                return true;
-            }
-            self.audit.note_outsider(facet);
+        let is_open = ray < PACKET && t > self.near[ray] && t < self.far[ray];
+        let Some(&facet) = self.facet_of_triangle.get(triangle as usize).filter(|_| is_open) else {
+            self.audit.calls += 1;
+            self.audit.rejects += 1;
+            return false;
+        };
+        let is_accepted = self.audit.accepts(facet, self.skip[ray], &self.candidates);
+        if is_accepted {
+            self.blockers[ray] = facet;
         }
-        self.audit.rejects += 1;
-        false
+        is_accepted
     }
 }
 
