@@ -181,6 +181,11 @@ impl Preset {
     }
 }
 
+/// Rays for each of four points of an element in a local pass: their mean is about as exact as a pixel of a final gather.
+pub(super) fn local_pass_rays(quality: QualityArg) -> u32 {
+    (Preset::of(quality).gather_rays / 2).max(64)
+}
+
 impl SolveConfig {
     /// What is typed, and the preset where nothing is.
     fn of(typed: &SolutionArgs, preset: &Preset) -> Self {

@@ -29,9 +29,6 @@ use std::path::Path;
 use std::slice;
 use std::time::{Duration, Instant};
 
-/// What the ratios are to, when it is among the runs: classic radiosity with this many rays.
-const YARDSTICK_RAYS: u32 = 16;
-
 /// Makes all runs, as configured.
 ///
 /// # Errors
@@ -79,66 +76,65 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
     for tracer in &tracers {
         warm_up(&hierarchy, tracer.as_ref(), &solve_options(&config.run.solve), square_meters);
     }
-    progress.start("profile", kinds.len() as u64 * u64::from(config.repeats));
+    let mut found = Profile {
+        format: Profile::FORMAT,
+        setup: setup(&config.run, &loaded, &hierarchy),
+        scene: loaded.scene.name.clone(),
+        triangles: loaded.scene.counts.triangles_initial,
+        threads: rayon::current_num_threads(),
+        repeats: config.repeats,
+        ..Profile::default()
+    };
+    found.setup.values.extend(varied(config, &tracers));
+    if let Some((points, reference)) = &config.reference {
+        found.setup.values.extend(setup::reference(points, reference, config.samples));
+    }
+    let all = kinds.len() as u64 * u64::from(config.repeats);
+    progress.start("profile", all);
     let mut timed: Vec<Timed> = vec![Timed::default(); kinds.len()];
-    let (mut runs, mut stages) = (Vec::new(), Vec::new());
+    let (mut made, mut stages) = (0, Vec::new());
     for repeat in 0..config.repeats {
-        for (&(tracer, settings), timed) in kinds.iter().zip(&mut timed) {
+        for (index, &(tracer, settings)) in kinds.iter().enumerate() {
             let begun = timeline.now();
             let phases_before = timeline.phases().len();
-            let solution = bench.solve(tracer, settings, timed);
+            let solution = bench.solve(tracer, settings, &mut timed[index]);
             stages.push(Stage { name: named(tracer, settings), start: begun, end: timeline.now() });
             let (phases, ended) = (&timeline.phases()[phases_before..], timeline.now());
             let detail = solution.counters.detail.as_deref().cloned().unwrap_or_default();
-            timed.steps += &detail.steps;
-            timed.details.push(bench.detail(&detail, &solution, phases, ended - begun));
+            timed[index].steps += &detail.steps;
+            timed[index].details.push(bench.detail(&detail, &solution, phases, ended - begun));
             // What does not depend on the clock is the same every time.
             if repeat == 0 {
-                runs.push(bench.judge(tracer, settings, &solution));
+                found.runs.push(bench.judge(tracer, settings, &solution));
                 stages.push(Stage { name: "errors".to_owned(), start: ended, end: timeline.now() });
             }
+            timed[index].tell(&mut found.runs[index]);
+            made += 1;
+            found.refer(config.aim, all - made);
+            // Whoever ends it early has the runs that were made.
+            if let Some(path) = &config.json {
+                json::write_json(path, &found)?;
+            }
+            progress.say(&format!(
+                "run {made} of {all}: {}, {:.1} s, {:.1} s in visibility",
+                named(tracer, settings),
+                timed[index].total.last().copied().unwrap_or_default(),
+                timed[index].visibility.last().copied().unwrap_or_default()
+            ));
             progress.advance(1);
         }
     }
     progress.finish();
-    for (run, timed) in runs.iter_mut().zip(timed) {
-        run.visibility_seconds = Spread::of(timed.visibility);
-        run.total_seconds = Spread::of(timed.total);
-        run.solving_bytes = timed.solving_bytes;
-        run.detail = RunDetail::of_repeats(timed.details, &timed.steps).unwrap_or_default();
-    }
-    let is_yardstick =
-        |run: &ProfiledRun| run.strategy == "sampled" && run.rays == YARDSTICK_RAYS && run.links > 0;
-    let mut setup = setup(&config.run, &loaded, &hierarchy);
-    setup.values.extend(varied(config, &tracers));
-    if let Some((points, reference)) = &config.reference {
-        setup.values.extend(setup::reference(points, reference, config.samples));
-    }
     let (mut maps, camera) = (Vec::new(), loaded.scene.cameras.first());
     if let (Some(path), Some(&(tracer, settings)), Some(camera)) =
         (&config.html, kinds.get(config.aim), camera)
     {
         let camera = within(camera, MAP_PIXELS);
-        setup.values.extend(setup::view(&camera, MAP_SAMPLES));
+        found.setup.values.extend(setup::view(&camera, MAP_SAMPLES));
         maps = bench.maps(path, tracer, settings, &camera, progress)?;
-    }
-    let found = Profile {
-        format: Profile::FORMAT,
-        setup,
-        scene: loaded.scene.name.clone(),
-        triangles: loaded.scene.counts.triangles_initial,
-        threads: rayon::current_num_threads(),
-        repeats: config.repeats,
-        yardstick: runs
-            .iter()
-            .position(is_yardstick)
-            .or_else(|| runs.iter().position(|run| run.links > 0))
-            .unwrap_or(0),
-        runs,
-        aim: config.aim,
-    };
-    if let Some(path) = &config.json {
-        json::write_json(path, &found)?;
+        if let Some(path) = &config.json {
+            json::write_json(path, &found)?;
+        }
     }
     if let Some(path) = &config.trace {
         trace::write_trace(path, &timeline, &stages)?;
@@ -230,6 +226,16 @@ struct Timed {
     solving_bytes: u64,
     details: Vec<RunDetail>,
     steps: StepTimes,
+}
+
+impl Timed {
+    /// Fills in what was measured so far.
+    fn tell(&self, run: &mut ProfiledRun) {
+        run.visibility_seconds = Spread::of(self.visibility.clone());
+        run.total_seconds = Spread::of(self.total.clone());
+        run.solving_bytes = self.solving_bytes;
+        run.detail = RunDetail::of_repeats(self.details.clone(), &self.steps).unwrap_or_default();
+    }
 }
 
 /// What all runs share.

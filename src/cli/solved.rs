@@ -7,16 +7,19 @@ use std::time::Instant;
 use rayon::ThreadPoolBuilder;
 
 use super::args::{QualityArg, TracerArg, VisibilityArg};
-use super::config::{RunConfig, SolveConfig, check_not_read};
+use super::config::{RunConfig, SolveConfig, check_not_read, local_pass_rays};
 use super::console;
 use super::errors::CliError;
 use crate::check::{UNBALANCED, UNSETTLED};
 use crate::export::{Origin, SolutionFile, SolutionFileError};
+use crate::gather::local_pass;
 use crate::hierarchy::Hierarchy;
 use crate::memory;
 use crate::progress::{Progress, Silent, TerminalProgress};
 use crate::radiosity::{self, Link, LinkClass, Solution, SolveOptions};
-use crate::report::stats::{EnergyStats, LinkStats, MemoryStats, SceneStats, Stats, VisibilityStats};
+use crate::report::stats::{
+    EnergyStats, LinkStats, LocalPassStats, MemoryStats, SceneStats, Stats, VisibilityStats,
+};
 use crate::scene::{self, LoadOptions, Scene, check_names};
 use crate::tracer::embree::{EmbreeError, EmbreeLibrary, EmbreeOptions, EmbreeTracer};
 use crate::tracer::{FallbackTracer, Tracer};
@@ -370,6 +373,24 @@ fn visibility_stats(counters: &VisibilityCounters) -> VisibilityStats {
         candidates_mean: counters.candidates as f64 / (counters.filled_shafts as f64).max(1.0),
         seconds: counters.nanoseconds as f64 * 1e-9,
     }
+}
+
+/// Makes elements for display.
+pub(super) fn add_display(
+    solution: &mut Solution,
+    hierarchy: &Hierarchy,
+    tracer: &dyn Tracer,
+    quality: QualityArg,
+    progress: &dyn Progress,
+) {
+    let mesh = local_pass(hierarchy, tracer, solution, local_pass_rays(quality), progress);
+    solution.display = Some(mesh);
+}
+
+/// What was made for display in so many seconds.
+pub(super) fn local_pass_stats(solution: &Solution, seconds: f64) -> Option<LocalPassStats> {
+    let mesh = solution.display.as_ref()?;
+    Some(LocalPassStats { elements: mesh.forest.len() as u64, bytes: mesh.bytes(), seconds })
 }
 
 /// What a scene error means for the caller.

@@ -12,7 +12,7 @@ use crate::gather::{Outlines, Reconstruction};
 use crate::hierarchy::{Hierarchy, Side};
 use crate::image::tone::Tone;
 use crate::progress::Progress;
-use crate::radiosity::Solution;
+use crate::radiosity::{Forest, Solution};
 use crate::scene::{Camera, Scene};
 
 /// Most vertices of a part: what 16 bits can number without the last number, which glTF keeps for itself.
@@ -63,7 +63,7 @@ pub(super) struct Vertex {
     pub(super) mark: u8,
 }
 
-/// What the middle of an element is marked with, at least 1, by its id; then all elements are divided from there, and it
+/// What the middle of an element is marked with, at least 1, by the id that links have of it; then all elements are divided from there, and it
 /// is the last corner of each of their triangles.
 pub(super) type Marks<'a> = &'a dyn Fn(u32) -> u8;
 
@@ -126,6 +126,11 @@ impl LitScene<'_> {
         Coat { material: self.hierarchy.facets[side.facet as usize].material, is_back: side.back }
     }
 
+    /// The elements that triangles are made of.
+    pub(super) fn shown(&self) -> &Forest {
+        self.solution.display.as_ref().map_or(&self.solution.forest, |mesh| &mesh.forest)
+    }
+
     fn meters_per_local(&self) -> f64 {
         self.hierarchy.frame.scene_units_per_local() * self.scene.meters_per_unit
     }
@@ -140,9 +145,9 @@ impl LitScene<'_> {
         progress: &dyn Progress,
         mut visit: impl FnMut(&Part) -> io::Result<()>,
     ) -> io::Result<()> {
-        let reconstruction = Reconstruction::new(self.hierarchy, self.solution);
-        let first = &self.solution.forest.first_element;
-        let sides = self.solution.forest.side_count();
+        let reconstruction = Reconstruction::shown(self.hierarchy, self.solution);
+        let forest = self.shown();
+        let (first, sides) = (&forest.first_element, forest.side_count());
         let (mut part, mut begin, mut is_empty) = (Part::default(), 0, true);
         while begin < sides {
             let most = first[begin] + AT_A_TIME;
@@ -153,7 +158,7 @@ impl LitScene<'_> {
                 .map(|side| reconstruction.outlines(side))
                 .collect();
             for (side, outlines) in (begin..end).zip(&outlines) {
-                let coat = self.coat(self.solution.forest.side(side));
+                let coat = self.coat(forest.side(side));
                 for triangle in self.triangles(side, outlines, marks) {
                     if !triangle
                         .iter()
@@ -188,10 +193,12 @@ impl LitScene<'_> {
         outlines: &'o Outlines,
         marks: Option<Marks<'o>>,
     ) -> impl Iterator<Item = [Vertex; 3]> + 'o {
-        let reflectance = self.solution.forest.reflectance(self.hierarchy, side);
-        let side = self.solution.forest.side(side);
+        let forest = self.shown();
+        let reflectance = forest.reflectance(self.hierarchy, side);
+        let side = forest.side(side);
         let (normal, emitted) = (self.hierarchy.side_normal(side), self.hierarchy.emitted(side));
         let meters = self.meters_per_local();
+        let linked = self.solution.display.as_ref().map(|mesh| &mesh.linked[..]);
         outlines.iter().flat_map(move |outline| {
             let reflectance = reflectance.of(outline.element);
             let vertex = move |(point, irradiance): (DVec3, Vec3), mark: u8| Vertex {
@@ -203,7 +210,8 @@ impl LitScene<'_> {
             let count = outline.points.len();
             let corner =
                 move |i: usize| vertex((outline.points[i % count], outline.irradiance[i % count]), 0);
-            let mark = marks.map_or(0, |marks| marks(outline.element));
+            let linked = linked.map_or(outline.element, |linked| linked[outline.element as usize]);
+            let mark = marks.map_or(0, |marks| marks(linked));
             let is_whole = count == 3 && marks.is_none();
             let middle = if is_whole { corner(2) } else { vertex(outline.center(normal), mark) };
             let edges = if is_whole { 0..1 } else { 0..count };

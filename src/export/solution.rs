@@ -8,7 +8,7 @@ use super::sections::{Sections, Tag, write_sealed, write_section};
 use crate::hierarchy::{Fingerprint, Hierarchy};
 use crate::image::write::{FillError, OutputError, write_atomically};
 use crate::radiosity::{
-    Energy, Forest, Gains, Kept, Light, Link, LinkSet, Openness, RefineCounters, Solution,
+    DisplayMesh, Energy, Forest, Gains, Kept, Light, Link, LinkSet, Openness, RefineCounters, Solution,
 };
 use crate::visibility::VisibilityCounters;
 use crc32fast::hash;
@@ -18,7 +18,7 @@ use std::io::{self, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 
 /// Of the format.
-pub(super) const VERSION: u32 = 3;
+pub(super) const VERSION: u32 = 4;
 
 /// What the file begins with. Like that of a PNG, it is no text, and a transfer that changes line ends breaks it.
 const MAGIC: [u8; 8] = *b"\x89LSOL\r\n\x1a";
@@ -42,6 +42,8 @@ const GAINS: Tag = *b"STRA";
 const KEPT_COUNTS: Tag = *b"OPEN";
 const KEPT: Tag = *b"KEPT";
 const LINKS: Tag = *b"LINK";
+const DISPLAY_SPLITS: Tag = *b"DTRE";
+const DISPLAY_IRRADIANCE: Tag = *b"DIRR";
 
 /// Writes a solution to `path`, whole or not at all. A unit of length of the scene is `meters_per_unit` metres.
 ///
@@ -87,7 +89,16 @@ fn write(to: &mut dyn Write, scene: &Fingerprint, solution: &Solution, origin: &
     let kept = || forest.leaves().map(|leaf| openness.kept_of(leaf as u32));
     write_section(to, KEPT_COUNTS, forest.leaves().count(), kept().map(|kept| kept.len() as u8))?;
     write_section(to, KEPT, kept().map(<[Kept]>::len).sum(), kept().flatten().copied())?;
-    write_section(to, LINKS, links.links.len(), links.links.iter().copied())
+    write_section(to, LINKS, links.links.len(), links.links.iter().copied())?;
+    write_display(to, solution.display.as_ref())
+}
+
+/// Without elements for display the sections are empty.
+fn write_display(to: &mut dyn Write, mesh: Option<&DisplayMesh>) -> io::Result<()> {
+    let elements = mesh.map_or(&[][..], |mesh| &mesh.forest.second);
+    write_section(to, DISPLAY_SPLITS, elements.len(), elements.iter().map(|&second| second != 0))?;
+    let leaves = || mesh.into_iter().flat_map(|mesh| mesh.forest.leaves().map(|leaf| mesh.irradiance[leaf]));
+    write_section(to, DISPLAY_IRRADIANCE, leaves().count(), leaves())
 }
 
 /// Counts as they are stored. Clocks are left out: the same scene makes the same file.
@@ -289,6 +300,7 @@ fn read_solution<R: Read>(sections: &mut Sections<R>, hierarchy: &Hierarchy) -> 
     if !links.iter().all(|link| is_known(link.receiver) && is_known(link.source)) {
         return Err(damaged("its links are not between clusters and elements of this scene"));
     }
+    let display = read_display(sections, hierarchy, &forest)?;
     sections.end()?;
     Ok(Solution {
         forest,
@@ -297,6 +309,7 @@ fn read_solution<R: Read>(sections: &mut Sections<R>, hierarchy: &Hierarchy) -> 
         openness,
         gains: Gains::from_factors(gains),
         factor,
+        display,
         counters,
         work: Vec::new(),
         iterations,
@@ -305,6 +318,33 @@ fn read_solution<R: Read>(sections: &mut Sections<R>, hierarchy: &Hierarchy) -> 
         refine_seconds: 0.0,
         solve_seconds: 0.0,
     })
+}
+
+fn read_display<R: Read>(
+    sections: &mut Sections<R>,
+    hierarchy: &Hierarchy,
+    solution: &Forest,
+) -> Result<Option<DisplayMesh>, Fault> {
+    let damaged = |what: &str| Fault::Damaged(what.to_owned());
+    let splits: Vec<bool> = sections.section(DISPLAY_SPLITS, u32::MAX as usize)?;
+    let leaves = splits.iter().filter(|&&is_split| !is_split).count();
+    if sections.left() < leaves as u64 * Vec3::BYTES as u64 {
+        return Err(Fault::Truncated);
+    }
+    let of_leaves: Vec<Vec3> = sections.section(DISPLAY_IRRADIANCE, leaves)?;
+    if of_leaves.len() != leaves {
+        return Err(damaged("elements for display are without irradiance"));
+    }
+    if splits.is_empty() {
+        return Ok(None);
+    }
+    let forest = Forest::from_splits(hierarchy, &splits)
+        .ok_or_else(|| damaged("its elements for display are not those of this scene"))?;
+    let mut irradiance = vec![Vec3::ZERO; forest.len()];
+    for (leaf, light) in forest.leaves().zip(of_leaves) {
+        irradiance[leaf] = light;
+    }
+    Ok(Some(DisplayMesh::new(forest, irradiance, solution)))
 }
 
 fn read_counters(stored: &[u64]) -> Option<(u32, RefineCounters)> {

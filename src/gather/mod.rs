@@ -6,6 +6,7 @@ mod final_gather;
 mod hemisphere;
 mod interpolate;
 mod levels;
+mod local_pass;
 mod neighbours;
 mod parts;
 mod point;
@@ -13,5 +14,6 @@ mod reconstruct;
 mod sources;
 
 pub use final_gather::{FinalGather, VisiblePoint};
+pub use local_pass::local_pass;
 pub use point::{Gatherer, Irradiance, SAMPLES};
 pub use reconstruct::{Outline, Outlines, Reconstruction, Spot};

@@ -3,6 +3,7 @@
 //! neighbours on an edge (T-vertices) become corners of the larger element too, so no crack shows.
 
 use super::interpolate::mean_value;
+use super::local_pass::HIDDEN;
 use super::neighbours::{Neighbour, Neighbourhood, SMOOTH_COSINE};
 use crate::hierarchy::{Hierarchy, Side, TOLERANCE};
 use crate::math::Polygon;
@@ -93,11 +94,31 @@ pub struct Reconstruction<'a> {
     forest: &'a Forest,
     /// Of each leaf element, by element id, W/m².
     irradiance: Cow<'a, [Vec3]>,
+    /// What is darker than this share of an element says nothing about its corners.
+    hidden: f32,
     sides: Vec<OnceLock<SideMesh>>,
 }
 
 impl<'a> Reconstruction<'a> {
-    /// Of all light of a solution; nothing is computed yet.
+    /// As a solution is to be shown: by its elements for display, if it has any. Nothing is computed yet.
+    pub fn shown(hierarchy: &'a Hierarchy, solution: &'a Solution) -> Reconstruction<'a> {
+        match &solution.display {
+            Some(mesh) => Reconstruction::of_display(hierarchy, &mesh.forest, &mesh.irradiance),
+            None => Reconstruction::new(hierarchy, solution),
+        }
+    }
+
+    /// Of elements for display.
+    pub(super) fn of_display(
+        hierarchy: &'a Hierarchy,
+        forest: &'a Forest,
+        irradiance: &'a [Vec3],
+    ) -> Reconstruction<'a> {
+        let shown = Reconstruction::of(hierarchy, forest, Cow::Borrowed(irradiance));
+        Reconstruction { hidden: HIDDEN, ..shown }
+    }
+
+    /// Of all light of a solution, by the elements that links have; nothing is computed yet.
     pub fn new(hierarchy: &'a Hierarchy, solution: &'a Solution) -> Reconstruction<'a> {
         Reconstruction::of(hierarchy, &solution.forest, Cow::Borrowed(&solution.light.irradiance))
     }
@@ -109,7 +130,7 @@ impl<'a> Reconstruction<'a> {
         irradiance: Cow<'a, [Vec3]>,
     ) -> Reconstruction<'a> {
         let sides = (0..forest.side_count()).map(|_| OnceLock::new()).collect();
-        Reconstruction { hierarchy, forest, irradiance, sides }
+        Reconstruction { hierarchy, forest, irradiance, hidden: 0.0, sides }
     }
 
     /// The element at `point` on a side, and its irradiance there; `None` for a side that takes no part.
@@ -167,7 +188,7 @@ impl<'a> Reconstruction<'a> {
     }
 
     /// Irradiance at a point of an element on the side with this number.
-    fn irradiance_on(&self, element: u32, index: usize, normal: DVec3, point: DVec3) -> Vec3 {
+    pub(super) fn irradiance_on(&self, element: u32, index: usize, normal: DVec3, point: DVec3) -> Vec3 {
         let mesh = self.sides[index].get_or_init(|| self.mesh_of(index));
         let local = (element - self.forest.first_element[index]) as usize;
         let corners = mesh.first[local] as usize..mesh.first[local + 1] as usize;
@@ -196,9 +217,10 @@ impl<'a> Reconstruction<'a> {
         near: impl Iterator<Item = &'n Neighbour>,
     ) -> Vec3 {
         let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
+        let hidden = self.hidden * self.irradiance[piece.id as usize].element_sum();
         for other in near {
             let is_parted = || other.facet == piece.side.facet && self.is_parted(piece, other);
-            if other.meets(corner) && !is_parted() {
+            if other.irradiance.element_sum() >= hidden && other.meets(corner) && !is_parted() {
                 sum += other.irradiance * other.weight;
                 weights += other.weight;
             }

@@ -63,7 +63,10 @@ pub struct Renderer<'a> {
     hierarchy: &'a Hierarchy,
     tracer: &'a dyn Tracer,
     solution: &'a Solution,
+    /// The light that is shown.
     surfaces: Reconstruction<'a>,
+    /// Elements that links have, where others are shown.
+    elements: Option<Reconstruction<'a>>,
     look: Look<'a>,
     gather: Option<FinalGather<'a>>,
     samples: u32,
@@ -85,8 +88,18 @@ impl<'a> Renderer<'a> {
             }
             View::Mesh => (Look::Mesh(MeshView::new(hierarchy, solution)), None),
         };
-        let surfaces = Reconstruction::new(hierarchy, solution);
-        Renderer { hierarchy, tracer, solution, surfaces, look, gather, samples: options.samples.max(1) }
+        let surfaces = Reconstruction::shown(hierarchy, solution);
+        let elements = solution.display.as_ref().map(|_| Reconstruction::new(hierarchy, solution));
+        Renderer {
+            hierarchy,
+            tracer,
+            solution,
+            surfaces,
+            elements,
+            look,
+            gather,
+            samples: options.samples.max(1),
+        }
     }
 
     /// Linear radiance, W/(m²·sr), seen by a camera; black where nothing is hit. Deterministic for any number of threads.
@@ -110,7 +123,11 @@ impl<'a> Renderer<'a> {
     /// What pictures are made of.
     pub(super) fn shown(&self) -> Shown<'_> {
         let (hierarchy, tracer, solution) = (self.hierarchy, self.tracer, self.solution);
-        Shown { hierarchy, tracer, solution, surfaces: &self.surfaces }
+        Shown { hierarchy, tracer, solution, surfaces: &self.surfaces, elements: self.elements() }
+    }
+
+    fn elements(&self) -> &Reconstruction<'a> {
+        self.elements.as_ref().unwrap_or(&self.surfaces)
     }
 
     /// A quick picture, interpolated, with one ray a pixel.
@@ -121,7 +138,8 @@ impl<'a> Renderer<'a> {
     fn looked_at(&self, camera: &Camera, look: &Look<'_>, samples: u32, progress: &dyn Progress) -> Picture {
         let lens = Lens::new(camera, &self.hierarchy.frame);
         let (width, height) = (camera.width as usize, camera.height as usize);
-        let (hierarchy, solution, surfaces) = (self.hierarchy, self.solution, &self.surfaces);
+        let (hierarchy, solution) = (self.hierarchy, self.solution);
+        let surfaces = if let Look::Shaded = look { &self.surfaces } else { self.elements() };
         let shader = Shader { hierarchy, solution, surfaces, look, pixel_angle: lens.pixel_angle() };
         let mut pixels = vec![[0.0f32; 3]; width * height];
         pixels.par_chunks_mut(width * BAND).enumerate().for_each(|(band, rows)| {
@@ -140,7 +158,10 @@ pub(super) struct Shown<'a> {
     pub(super) hierarchy: &'a Hierarchy,
     pub(super) tracer: &'a dyn Tracer,
     pub(super) solution: &'a Solution,
+    /// The light that is shown.
     pub(super) surfaces: &'a Reconstruction<'a>,
+    /// Elements that links have.
+    pub(super) elements: &'a Reconstruction<'a>,
 }
 
 struct Shader<'a> {

@@ -5,7 +5,7 @@ mod timeline;
 
 pub use timeline::{Span, Timeline};
 
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::sync::{PoisonError, RwLock};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -18,6 +18,8 @@ pub trait Progress: Sync {
     fn advance(&self, done: u64);
     /// The phase is over, whatever was reported.
     fn finish(&self);
+    /// A line for whoever watches, besides how far it has come.
+    fn say(&self, _line: &str) {}
     /// The calling thread begins a piece of work of at least some microseconds; see [`Work`].
     fn begin_work(&self) {}
     /// The calling thread has done the piece that it began last; `phase` is what it belongs to.
@@ -73,6 +75,11 @@ impl Progress for Both<'_> {
         self.1.finish();
     }
 
+    fn say(&self, line: &str) {
+        self.0.say(line);
+        self.1.say(line);
+    }
+
     fn begin_work(&self) {
         self.0.begin_work();
         self.1.begin_work();
@@ -85,7 +92,7 @@ impl Progress for Both<'_> {
 }
 
 /// A bar with the remaining time on standard error, one phase at a time, removed when the phase
-/// ends. Draws nothing when standard error is not a terminal.
+/// ends. Draws nothing when standard error is not a terminal; lines are written there all the same.
 #[derive(Debug)]
 pub struct TerminalProgress {
     is_drawn: bool,
@@ -132,6 +139,17 @@ impl Progress for TerminalProgress {
 
     fn finish(&self) {
         self.replace(None);
+    }
+
+    fn say(&self, line: &str) {
+        let say = || {
+            // Who closed standard error does not want to know.
+            let _ = writeln!(std::io::stderr(), "{line}");
+        };
+        match &*self.bar.read().unwrap_or_else(PoisonError::into_inner) {
+            Some(bar) => bar.suspend(say),
+            None => say(),
+        }
     }
 }
 

@@ -95,7 +95,7 @@ impl Piece {
     }
 
     /// The outlines of the halves of both halves, depth-first.
-    pub(super) fn quarters(&self, forest: &Forest) -> [Polygon; 4] {
+    pub fn quarters(&self, forest: &Forest) -> [Polygon; 4] {
         [0, 1, 2, 3].map(|quarter| {
             let mut outline = self.polygon;
             let cut = forest.cuts.keep_part(&mut outline, self.cut, self.side.back, quarter / 2);
@@ -203,6 +203,30 @@ impl Forest {
         }
         forest.renumber(hierarchy);
         Some(forest)
+    }
+
+    /// The same elements in a forest of its own, but for those leaves, by their order, that `is_divided` says: they are
+    /// divided in four. Of leaves that it does not reach none is.
+    pub fn divided(&self, hierarchy: &Hierarchy, is_divided: &[bool]) -> Forest {
+        let mut forest = Forest::undivided(hierarchy);
+        let mut is_divided = is_divided.iter();
+        let mut stack = Vec::new();
+        for side in 0..self.side_count {
+            stack.push((self.first_element[side], side as u32));
+            while let Some((old, new)) = stack.pop() {
+                let second = self.second[old as usize];
+                if second != 0 {
+                    let [a, b] = forest.split(new);
+                    stack.extend([(second, b), (old + 1, a)]);
+                } else if is_divided.next() == Some(&true) {
+                    for half in forest.split(new) {
+                        forest.split(half);
+                    }
+                }
+            }
+        }
+        forest.renumber(hierarchy);
+        forest
     }
 
     /// One element for each side, not numbered yet.

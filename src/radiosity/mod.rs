@@ -7,6 +7,7 @@
 mod approach;
 mod conservation;
 mod cuts;
+mod display;
 mod estimate;
 mod fidelity;
 mod flight;
@@ -32,6 +33,7 @@ mod work;
 pub(crate) use transport::intensities;
 pub use transport::{Light, direction};
 
+pub use display::DisplayMesh;
 pub use fidelity::VisibilityError;
 pub use forest::{Forest, Leaf, Piece, Way};
 pub use form_factor::{PolygonSource, SourceShape};

@@ -2,6 +2,7 @@
 
 use super::approach::Approach;
 use super::conservation::{Arrived, Conservation};
+use super::display::DisplayMesh;
 use super::flight::{flight, rooms};
 use super::forest::Forest;
 use super::gains::{Gains, Surplus};
@@ -118,6 +119,8 @@ pub struct Solution {
     pub gains: Gains,
     /// What all received light was scaled by, so that none is lost or made.
     pub factor: f32,
+    /// Finer elements to show by interpolation, if there are any; light between surfaces knows nothing of them.
+    pub display: Option<DisplayMesh>,
     /// Pairs that are not stored, and the work done.
     pub counters: RefineCounters,
     /// Work of all visibility tests with each node as receiver, in rays, by node id as links have it; empty if it was
@@ -422,6 +425,7 @@ pub(super) fn iterate(
         openness,
         gains,
         factor,
+        display: None,
         counters,
         work,
         iterations,

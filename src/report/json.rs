@@ -48,6 +48,7 @@ mod tests {
         let all = Stats {
             reference: Some(Default::default()),
             relit: Some(Default::default()),
+            local_pass: Some(Default::default()),
             ..Stats::default()
         };
         let value = serde_json::to_value(all).expect("serialisable");

@@ -28,7 +28,10 @@ pub struct Profile {
     pub repeats: u32,
     /// In the order in which they were made.
     pub runs: Vec<ProfiledRun>,
-    /// Index of the aim, a run of the first strategy and tracer: its errors are those that others have to reach.
+    /// How many were still to be made, repeats among them; 0 when all have been.
+    pub runs_to_come: u64,
+    /// Index of the aim, a run of the first strategy and tracer: its errors are those that others have to reach. 0 before
+    /// it has been made.
     pub aim: usize,
     /// Index of the run that ratios of time are to: `sampled` with 16 rays, or else the first.
     pub yardstick: usize,
@@ -99,6 +102,9 @@ impl Spread {
     }
 }
 
+/// What the ratios are to, when it is among the runs: classic radiosity with this many rays.
+const YARDSTICK_RAYS: u32 = 16;
+
 /// The tracer of runs that ask none about visibility.
 pub const NO_TRACER: &str = "none";
 
@@ -165,6 +171,17 @@ impl AtEqualError {
 impl Profile {
     /// Version of the record; another one where a field has another meaning or is gone.
     pub const FORMAT: u32 = 3;
+
+    /// Finds the runs that others are compared with among those that have been made; `aim` is the index of the aim when
+    /// all have.
+    pub fn refer(&mut self, aim: usize, runs_to_come: u64) {
+        let is_yardstick =
+            |run: &ProfiledRun| run.strategy == "sampled" && run.rays == YARDSTICK_RAYS && run.has_light();
+        let find = |wanted: &dyn Fn(&ProfiledRun) -> bool| self.runs.iter().position(wanted);
+        self.yardstick = find(&is_yardstick).or_else(|| find(&ProfiledRun::has_light)).unwrap_or(0);
+        self.aim = if aim < self.runs.len() { aim } else { 0 };
+        self.runs_to_come = runs_to_come;
+    }
 
     /// Strategies with tracers, in the order in which runs have them, and how each looks in plots and legends: strategies
     /// differ in colour, and what was asked of a second tracer is hollow.

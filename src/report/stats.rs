@@ -35,10 +35,24 @@ pub struct Stats {
     /// How far links fit other light; of `relight` only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub relit: Option<RelitStats>,
+    /// Elements for display; of `solve` and `relight` with `--local-pass` only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub local_pass: Option<LocalPassStats>,
     /// Bytes.
     pub memory: MemoryStats,
     /// Wall-clock seconds by phase.
     pub seconds: PhaseSeconds,
+}
+
+/// Elements that light was gathered at for display.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub struct LocalPassStats {
+    /// Elements, inner and leaf.
+    pub elements: u64,
+    /// What they take in memory.
+    pub bytes: u64,
+    /// Wall-clock seconds.
+    pub seconds: f64,
 }
 
 /// How far links that are there already fit other light.

@@ -48,6 +48,7 @@ const WORK_ROWS: &[Row] = &[
     ("build (s)", |s| seconds(s.seconds.build)),
     ("refine (s)", |s| seconds(s.seconds.refine)),
     ("solve (s)", |s| seconds(s.seconds.solve)),
+    ("local pass (s)", |s| s.local_pass.map_or_else(|| "-".to_owned(), |pass| seconds(pass.seconds))),
     ("render (s)", |s| seconds(s.seconds.render)),
     ("pictures", |s| s.frames.to_string()),
     ("pictures a second", |s| format!("{:.2}", s.frames_per_second)),

@@ -1,5 +1,8 @@
 //! `profile`: a row for each run, the record and plot of the same, and what is wrong with its files.
 
+use std::io::{BufRead, BufReader};
+use std::process::Stdio;
+
 use serde_json::Value;
 
 use crate::run::{Folder, has_embree};
@@ -145,6 +148,26 @@ fn what_is_named_twice_is_made_once_and_so_is_what_asks_no_tracer() {
         let run = folder.run(&[&loud[..], &options].concat());
         assert_eq!((run.code, run.stderr.to_lowercase().matches("embree 4").count()), (0, 1), "{run:?}");
     }
+}
+
+#[test]
+fn whoever_ends_it_early_has_the_runs_that_were_made() {
+    let folder = folder();
+    // The last run takes very much longer than the others.
+    let options = ["--strategies", "adaptive", "--tracers", "fallback", "--rays", "4,8,16384"];
+    let typed = [&BASE[..6], &["--min-size", "0.02"], &options, &["-o", "p.json"]].concat();
+    let mut command = folder.command(&typed);
+    let mut child = command.stderr(Stdio::piped()).spawn().expect("the binary starts");
+    let mut told = BufReader::new(child.stderr.take().expect("a pipe")).lines();
+    let mut next = || told.find_map(|line| line.ok().filter(|line| line.starts_with("run ")));
+    assert!(next().is_some_and(|line| line.starts_with("run 1 of 3: adaptive, fallback, 4 rays, ")));
+    assert!(next().is_some_and(|line| line.starts_with("run 2 of 3: adaptive, fallback, 8 rays, ")));
+    child.kill().expect("killed");
+    child.wait().expect("it was a child");
+    let record = record(&folder);
+    let runs = record["runs"].as_array().expect("runs");
+    assert_eq!((runs.len(), &record["runs_to_come"], &record["aim"]), (2, &1.into(), &0.into()), "{record}");
+    assert!(runs.iter().all(|run| run["total_seconds"]["median"].as_f64() > Some(0.0)), "{record}");
 }
 
 #[test]

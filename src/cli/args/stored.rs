@@ -17,6 +17,8 @@ pub(in crate::cli) struct SolveArgs {
     pub(in crate::cli) output: PathBuf,
 
     #[command(flatten)]
+    pub(in crate::cli) display: DisplayArgs,
+    #[command(flatten)]
     pub(in crate::cli) solution: SolutionArgs,
     #[command(flatten)]
     pub(in crate::cli) machine: MachineArgs,
@@ -25,6 +27,15 @@ pub(in crate::cli) struct SolveArgs {
     pub(in crate::cli) statistics: StatsArgs,
     #[command(flatten)]
     pub(in crate::cli) print: PrintArgs,
+}
+
+/// What pictures and models are to show.
+#[derive(Debug, Args)]
+pub(in crate::cli) struct DisplayArgs {
+    /// Gather light once more at every element, and divide elements until interpolation shows it: pictures and models as
+    /// crisp as with --final-gather, for about the time that one such picture takes
+    #[arg(long, help_heading = "Display")]
+    pub(in crate::cli) local_pass: bool,
 }
 
 #[derive(Debug, Args)]
@@ -46,6 +57,8 @@ pub(in crate::cli) struct RelightArgs {
     #[arg(long)]
     pub(in crate::cli) refine: bool,
 
+    #[command(flatten)]
+    pub(in crate::cli) display: DisplayArgs,
     #[command(flatten)]
     pub(in crate::cli) machine: MachineArgs,
 

@@ -10,6 +10,8 @@ use super::{RunConfig, check_distinct, check_extension};
 #[derive(Clone, Debug)]
 pub(in crate::cli) struct KeepConfig {
     pub(in crate::cli) run: RunConfig,
+    /// Whether elements for display are made.
+    pub(in crate::cli) local_pass: bool,
     pub(in crate::cli) output: PathBuf,
     pub(in crate::cli) stats: Option<PathBuf>,
 }
@@ -26,6 +28,11 @@ impl KeepConfig {
         let outputs =
             [Some(&typed.output), typed.statistics.stats.as_ref()].into_iter().flatten().cloned().collect();
         let run = RunConfig::check(typed.scene, outputs, typed.solution, typed.machine, typed.print.quiet)?;
-        Ok(Self { run, output: typed.output, stats: typed.statistics.stats })
+        Ok(Self {
+            run,
+            local_pass: typed.display.local_pass,
+            output: typed.output,
+            stats: typed.statistics.stats,
+        })
     }
 }

@@ -18,6 +18,8 @@ pub(in crate::cli) struct RelightConfig {
     pub(in crate::cli) scene: Option<PathBuf>,
     pub(in crate::cli) changes: Vec<MaterialChange>,
     pub(in crate::cli) reuse: Reuse,
+    /// Whether elements for display are made.
+    pub(in crate::cli) local_pass: bool,
     pub(in crate::cli) output: PathBuf,
     pub(in crate::cli) stats: Option<PathBuf>,
 }
@@ -28,7 +30,8 @@ impl RelightConfig {
     /// # Errors
     /// [`CliError::Usage`] when options contradict each other. No file is touched.
     pub(in crate::cli) fn check(typed: RelightArgs) -> Result<Self, CliError> {
-        let RelightArgs { stored, changes, output, scene, refine, machine, statistics, print } = typed;
+        let RelightArgs { stored, changes, output, scene, refine, display, machine, statistics, print } =
+            typed;
         let stats = statistics.stats;
         check_extension("--output", Some(&output), "lsol")?;
         check_extension("--stats", stats.as_deref(), "json")?;
@@ -42,6 +45,6 @@ impl RelightConfig {
         let outputs = [Some(&output), stats.as_ref()].into_iter().flatten().cloned().collect();
         let run = RunConfig::of_stored(stored.clone(), outputs, machine, print.quiet)?;
         let reuse = if refine { Reuse::Refined } else { Reuse::Links };
-        Ok(Self { run, stored, scene, changes, reuse, output, stats })
+        Ok(Self { run, stored, scene, changes, reuse, local_pass: display.local_pass, output, stats })
     }
 }

@@ -1,0 +1,194 @@
+//! The local pass: light is gathered once more at all leaf elements, as it is for the pixels of a picture, and those are
+//! divided between whose corners interpolation does not show it. \[LTG93\]
+//!
+//! Elements are as fine as links need them: shadows of many weak sources lie in one place, and none of those is worth a
+//! division by itself. Here all that reaches a point counts together.
+
+use super::final_gather::{FinalGather, VisiblePoint};
+use super::levels::Levels;
+use super::reconstruct::Reconstruction;
+use crate::hierarchy::Hierarchy;
+use crate::math::hash_pair;
+use crate::progress::{Progress, Work};
+use crate::radiosity::{DisplayMesh, Forest, Piece, Solution, Way};
+use crate::tracer::Tracer;
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+/// An element is divided where interpolation is off by more than this share of its light, root mean square of its
+/// quarters: twice what the noise of 64 rays comes to.
+const OFF: f32 = 0.08;
+
+/// So often it is looked for elements to be divided in four.
+const ROUNDS: u32 = 3;
+
+/// Elements no larger than this times the smallest that links are divided for are not divided.
+const SMALLEST: f64 = 0.5;
+
+/// Elements darker than this share of the typical irradiance are not divided: pictures show nothing of them.
+const BLACK: f32 = 1e-3;
+
+/// A quarter that gets less than this share of what the brightest gets lies hidden, as in a body that stands on the
+/// element, and says nothing about the others.
+pub(super) const HIDDEN: f32 = 0.1;
+
+/// Elements handed to a thread at a time.
+const BLOCK: usize = 256;
+
+/// What was found of a leaf element.
+#[derive(Clone, Copy, Debug)]
+struct Found {
+    /// Irradiance at the middle of each quarter.
+    quarters: [Vec3; 4],
+    /// Of what is seen of the element.
+    mean: Vec3,
+}
+
+impl Found {
+    fn new(quarters: [Vec3; 4], areas: [f64; 4]) -> Found {
+        let most = quarters.iter().fold(0.0, |most: f32, light| most.max(light.element_sum()));
+        let (mut sum, mut area) = (DVec3::ZERO, 0.0);
+        for (light, part) in quarters.iter().zip(areas) {
+            if light.element_sum() >= HIDDEN * most {
+                sum += light.as_dvec3() * part;
+                area += part;
+            }
+        }
+        Found { quarters, mean: (sum / area.max(f64::MIN_POSITIVE)).as_vec3() }
+    }
+}
+
+/// Gathers the light of all elements with about `rays` rays for each of four points.
+pub fn local_pass(
+    hierarchy: &Hierarchy,
+    tracer: &dyn Tracer,
+    solution: &Solution,
+    rays: u32,
+    progress: &dyn Progress,
+) -> DisplayMesh {
+    let gather = FinalGather::new(hierarchy, tracer, solution, rays, progress);
+    let pass = LocalPass { hierarchy, gather: &gather, progress };
+    let smallest = SMALLEST * hierarchy.frame.local_length(solution.min_size);
+    let mut forest = solution.forest.divided(hierarchy, &[]);
+    let mut found = pass.found(&forest, &leaves(&forest));
+    for _ in 0..ROUNDS {
+        let is_off = pass.off(&forest, &found, smallest);
+        if !is_off.contains(&true) {
+            break;
+        }
+        forest = forest.divided(hierarchy, &is_off);
+        // What was divided is found anew.
+        let known: Vec<Option<Found>> = found
+            .iter()
+            .zip(&is_off)
+            .flat_map(|(found, &is_off)| {
+                std::iter::repeat_n((!is_off).then_some(*found), if is_off { 4 } else { 1 })
+            })
+            .collect();
+        let all = leaves(&forest);
+        let new: Vec<u32> =
+            all.iter().zip(&known).filter(|(_, known)| known.is_none()).map(|(&leaf, _)| leaf).collect();
+        let mut fresh = pass.found(&forest, &new).into_iter();
+        found = known.into_iter().filter_map(|known| known.or_else(|| fresh.next())).collect();
+    }
+    let irradiance = by_element(&forest, &found);
+    DisplayMesh::new(forest, irradiance, &solution.forest)
+}
+
+/// The leaf elements, in order.
+fn leaves(forest: &Forest) -> Vec<u32> {
+    forest.leaves().map(|leaf| leaf as u32).collect()
+}
+
+/// The means of leaf elements, by element id.
+fn by_element(forest: &Forest, found: &[Found]) -> Vec<Vec3> {
+    let mut irradiance = vec![Vec3::ZERO; forest.len()];
+    for (leaf, found) in forest.leaves().zip(found) {
+        irradiance[leaf] = found.mean;
+    }
+    irradiance
+}
+
+/// The middles of the quarters of an element, and their areas.
+fn quarters(piece: &Piece, forest: &Forest) -> [(DVec3, f64); 4] {
+    piece.quarters(forest).map(|quarter| (quarter.center(), quarter.area()))
+}
+
+struct LocalPass<'p, 'a> {
+    hierarchy: &'a Hierarchy,
+    gather: &'p FinalGather<'a>,
+    progress: &'p dyn Progress,
+}
+
+impl LocalPass<'_, '_> {
+    /// What reaches some leaf elements, in order.
+    fn found(&self, forest: &Forest, leaves: &[u32]) -> Vec<Found> {
+        const PHASE: &str = "local pass";
+        self.progress.start(PHASE, leaves.len() as u64);
+        let working = || {
+            (Work::begin(self.progress, PHASE), Way::new(self.hierarchy, forest), Levels::new(self.gather))
+        };
+        let found = leaves
+            .par_chunks(BLOCK)
+            .map_init(working, |(_, way, levels), leaves| {
+                let found: Vec<Found> =
+                    leaves.iter().map(|&leaf| self.found_on(way.to(leaf), forest, levels)).collect();
+                self.progress.advance(leaves.len() as u64);
+                found
+            })
+            .flatten_iter()
+            .collect();
+        self.progress.finish();
+        found
+    }
+
+    fn found_on(&self, piece: &Piece, forest: &Forest, levels: &mut Levels<'_, '_>) -> Found {
+        let side = piece.side;
+        let parts = quarters(piece, forest);
+        let Some(element) = self.gather.element_at(side, piece.polygon.center()) else {
+            return Found::new([Vec3::ZERO; 4], [1.0; 4]);
+        };
+        let light = [0, 1, 2, 3].map(|i| {
+            let seed = hash_pair(piece.key, i as u64);
+            levels.irradiance(&VisiblePoint { side, point: parts[i].0, element, seed })
+        });
+        Found::new(light, parts.map(|part| part.1))
+    }
+
+    /// Which of the leaf elements, in order, are to be divided.
+    fn off(&self, forest: &Forest, found: &[Found], smallest: f64) -> Vec<bool> {
+        let irradiance = by_element(forest, found);
+        let shown = Reconstruction::of_display(self.hierarchy, forest, &irradiance);
+        let black = BLACK * typical(forest, found);
+        let working = || Way::new(self.hierarchy, forest);
+        leaves(forest)
+            .par_iter()
+            .zip(found)
+            .with_min_len(BLOCK)
+            .map_init(working, |way, (&leaf, found)| {
+                let (piece, mean) = (way.to(leaf), found.mean.element_sum());
+                if mean <= black || piece.polygon.longest_edge() <= smallest {
+                    return false;
+                }
+                let index = forest.side_of(leaf);
+                let square = |(light, (point, _)): (&Vec3, (DVec3, f64))| {
+                    let shown = shown.irradiance_on(leaf, index, piece.plane.normal, point);
+                    (shown - *light).element_sum().powi(2)
+                };
+                let squares: f32 = found.quarters.iter().zip(quarters(piece, forest)).map(square).sum();
+                (0.25 * squares).sqrt() > OFF * mean
+            })
+            .collect()
+    }
+}
+
+/// Mean irradiance, sum of the channels, weighted by the power it brings.
+fn typical(forest: &Forest, found: &[Found]) -> f32 {
+    let (mut squares, mut power) = (0.0, 0.0);
+    for (leaf, found) in forest.leaves().zip(found) {
+        let (light, area) = (f64::from(found.mean.element_sum()), f64::from(forest.area[leaf]));
+        squares += light * light * area;
+        power += light * area;
+    }
+    if power > 0.0 { (squares / power) as f32 } else { 0.0 }
+}
