@@ -54,6 +54,7 @@ fn run_in_pool(config: &RelightConfig, run: &RunConfig, progress: &dyn Progress)
     config.changes.iter().for_each(|change| change.add_to(&mut changes));
     let (scene, hierarchy) = with_other_materials(run, &changes, (&before, hierarchy), progress)?;
 
+    let had_display = solution.display.is_some();
     let rays_before = solution.counters.visibility.rays_cast;
     let square_meters = hierarchy.square_meters_per_unit(scene.meters_per_unit);
     let Relit { mut solution, untested, coarse, moved } =
@@ -76,6 +77,9 @@ fn run_in_pool(config: &RelightConfig, run: &RunConfig, progress: &dyn Progress)
         warn_if_unbalanced(&solution);
         console::note(&table::table(&[(scene.name.as_str(), &stats)]));
         console::note(&told(&solution, &relit));
+        if had_display && !config.local_pass {
+            console::note("what it had for display was of the light before; --local-pass makes that anew\n");
+        }
         warn_if_coarse(&relit, config.reuse);
         warn_if_moved(&relit);
     }

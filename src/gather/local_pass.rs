@@ -192,3 +192,16 @@ fn typical(forest: &Forest, found: &[Found]) -> f32 {
     }
     if power > 0.0 { (squares / power) as f32 } else { 0.0 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hidden_quarters_say_nothing_about_the_others() {
+        let light = [1.0, 0.5, 0.09, 0.0].map(Vec3::splat);
+        let found = Found::new(light, [1.0, 3.0, 7.0, 7.0]);
+        assert!((found.mean - Vec3::splat(2.5 / 4.0)).length() < 1e-6, "{found:?}");
+        assert_eq!(Found::new([Vec3::ZERO; 4], [1.0; 4]).mean, Vec3::ZERO);
+    }
+}

@@ -154,8 +154,9 @@ fn what_is_named_twice_is_made_once_and_so_is_what_asks_no_tracer() {
 fn whoever_ends_it_early_has_the_runs_that_were_made() {
     let folder = folder();
     // The last run takes very much longer than the others.
-    let options = ["--strategies", "adaptive", "--tracers", "fallback", "--rays", "4,8,16384"];
-    let typed = [&BASE[..6], &["--min-size", "0.02"], &options, &["-o", "p.json"]].concat();
+    let exact = ["profile", "scene.toml", "--quality", "high", "--min-size", "0.02", "--repeat", "1"];
+    let options = ["--strategies", "adaptive", "--tracers", "fallback", "--rays", "4,8,1024", "-o", "p.json"];
+    let typed = [&exact[..], &options].concat();
     let mut command = folder.command(&typed);
     let mut child = command.stderr(Stdio::piped()).spawn().expect("the binary starts");
     let mut told = BufReader::new(child.stderr.take().expect("a pipe")).lines();

@@ -53,6 +53,52 @@ fn a_picture_of_a_file_is_that_of_its_scene_byte_by_byte() {
     }
 }
 
+/// Elements for display change what interpolation shows, and nothing else.
+#[test]
+fn a_local_pass_is_for_what_is_shown() {
+    let folder = solved(&[]);
+    let told = solve(&folder, "shown.lsol", &["--local-pass", "--stats", "a.json", "--threads", "2"]);
+    assert!(told.stderr.contains("local pass (s)"), "{told:?}");
+    let stats = stats(&folder, "a.json");
+    let pass = stats.local_pass.expect("what was made");
+    assert!(pass.elements > stats.scene.elements && pass.bytes > 0 && pass.seconds > 0.0, "{pass:?}");
+    solve(&folder, "again.lsol", &["--local-pass", "--threads", "1"]);
+    assert!(bytes(&folder, "shown.lsol") == bytes(&folder, "again.lsol"));
+    let made = |command: &[&str], output: &str, solution: &str| {
+        let (name, rest) = command.split_first().expect("a command");
+        let typed = [&[name, "scene.toml", "--solution", solution, "-o", output][..], rest].concat();
+        run(&folder, &typed);
+        bytes(&folder, output)
+    };
+    for (command, output, is_same) in [
+        (&["render", "--samples", "2"][..], "a.exr", false),
+        (&["render", "--samples", "2", "--final-gather"], "a.exr", true),
+        (&["render", "--samples", "2", "--view", "mesh"], "a.exr", true),
+        (&["render", "--samples", "2", "--view", "partial"], "a.exr", true),
+        (&["probe", "--grid", "0.5", "--spacing", "0.4", "--samples", "64"], "a.csv", true),
+    ] {
+        let [with, without] = ["shown.lsol", "room.lsol"].map(|solution| made(command, output, solution));
+        assert_eq!(with == without, is_same, "{command:?}");
+    }
+    // Elements of layers are those that links have, whatever is shown.
+    let layers = ["render", "--samples", "1", "--layers", "--view", "shaded"];
+    assert!(made(&layers, "a.exr", "shown.lsol") != made(&layers, "a.exr", "room.lsol"));
+    // A model is made of what is shown.
+    for solution in ["shown.lsol", "room.lsol"] {
+        run(&folder, &["export", solution, "--ply", &format!("{solution}.ply"), "-q"]);
+    }
+    let [with, without] = ["shown.lsol.ply", "room.lsol.ply"].map(|name| bytes(&folder, name).len());
+    assert!(with > without, "{with} and {without} bytes");
+    // Other light is not that of before.
+    let other = ["relight", "shown.lsol", "--set", "lamp.radiance=[9,9,9]", "-o"];
+    let told = run(&folder, &[&other[..], &["relit.lsol"]].concat());
+    assert!(told.stderr.contains("--local-pass"), "{told:?}");
+    let told = run(&folder, &[&other[..], &["relit-shown.lsol", "--local-pass"]].concat());
+    assert!(told.stderr.contains("local pass (s)"), "{told:?}");
+    let [with, without] = ["relit-shown.lsol", "relit.lsol"].map(|name| bytes(&folder, name).len());
+    assert!(with > without, "{with} and {without} bytes");
+}
+
 #[test]
 fn the_cost_of_solving_is_not_in_the_file() {
     let folder = solved(&[]);

@@ -21,7 +21,7 @@ use crate::solving::{Case, rough};
 const RAYS: u32 = 256;
 
 /// The side at each point, and the point in local coordinates.
-fn sides(case: &Case, tracer: &dyn Tracer, points: &[Point]) -> Vec<(Side, DVec3)> {
+pub(crate) fn sides(case: &Case, tracer: &dyn Tracer, points: &[Point]) -> Vec<(Side, DVec3)> {
     let local = |point: DVec3| case.hierarchy.frame.local_from_scene(point);
     let side = |&(point, normal): &Point| {
         let from = local(point + 1e-3 * normal);
@@ -57,7 +57,7 @@ fn both(case: &Case, tracer: &dyn Tracer, solution: &Solution, points: &[Point])
         .collect()
 }
 
-fn rms(errors: impl Iterator<Item = f64>) -> f64 {
+pub(crate) fn rms(errors: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = errors.fold((0.0, 0.0), |(sum, count), error| (sum + error * error, count + 1.0));
     f64::sqrt(sum / count)
 }
@@ -88,7 +88,7 @@ fn shadows_are_exact_where_interpolation_blurs_them() {
 }
 
 /// Points that a picture of the scene shows, with their normals.
-fn seen(case: &Case, tracer: &dyn Tracer) -> Vec<Point> {
+pub(crate) fn seen(case: &Case, tracer: &dyn Tracer) -> Vec<Point> {
     let camera = &case.scene.cameras[0];
     let forward = (camera.target - camera.eye).normalize();
     let right = forward.cross(camera.up).normalize();

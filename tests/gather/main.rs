@@ -18,6 +18,7 @@ mod asking;
 mod final_gather;
 mod furnace;
 mod lambert;
+mod local_pass;
 mod near;
 mod opening;
 mod penumbra;

@@ -6,12 +6,13 @@ use std::path::Path;
 
 use lightshaft::check::{self, Limits};
 use lightshaft::export::{Origin, Quality, SolutionFile, SolutionFileError, write_solution};
+use lightshaft::gather::local_pass;
 use lightshaft::hierarchy::Hierarchy;
 use lightshaft::image::tone::{self, Exposure};
 use lightshaft::image::{self, RenderOptions, View};
 use lightshaft::math::hash_pair;
 use lightshaft::progress::Silent;
-use lightshaft::radiosity::{Forest, Light, Solution, SolveOptions};
+use lightshaft::radiosity::{DisplayMesh, Forest, Light, Solution, SolveOptions};
 use lightshaft::scene::Camera;
 use lightshaft::tracer::Tracer;
 use lightshaft::visibility::{Strategy, VisibilityCounters};
@@ -44,7 +45,9 @@ fn read_for(hierarchy: &Hierarchy, meters: f64, bytes: &[u8]) -> Result<Solution
 fn small() -> (Case, Vec<u8>) {
     let case = Case::load("paper-3");
     let options = SolveOptions { resolution: 12.0, epsilon: 2e-2, ..rough(Strategy::Adaptive) };
-    let solution = case.solve(&case.fallback(), &options);
+    let tracer = case.fallback();
+    let mut solution = case.solve(&tracer, &options);
+    solution.display = Some(local_pass(&case.hierarchy, &tracer, &solution, 16, &Silent));
     let bytes = written(&case, &solution, &options);
     (case, bytes)
 }
@@ -58,7 +61,7 @@ fn section(bytes: &[u8], tag: &[u8; 4]) -> usize {
 const LINK: usize = 24;
 
 /// All sections, in order, with the size of their records.
-const SECTIONS: [(&[u8; 4], usize); 10] = [
+const SECTIONS: [(&[u8; 4], usize); 12] = [
     (b"MADE", 1),
     (b"SCEN", 8),
     (b"COUN", 8),
@@ -69,6 +72,8 @@ const SECTIONS: [(&[u8; 4], usize); 10] = [
     (b"OPEN", 1),
     (b"KEPT", 5),
     (b"LINK", LINK),
+    (b"DTRE", 1),
+    (b"DIRR", 12),
 ];
 
 /// Where the records of a section lie.
@@ -114,9 +119,19 @@ fn pictures(case: &Case, tracer: &dyn Tracer, solution: &Solution) -> [Vec<[u32;
 
 fn comes_back(name: &str, case: &Case, tracer: &dyn Tracer, strategy: Strategy) {
     let options = rough(strategy);
-    let solved = case.solve(tracer, &options);
+    let mut solved = case.solve(tracer, &options);
+    let without = written(case, &solved, &options);
+    assert!(read(case, &without).expect("what was written").display.is_none(), "{name}");
+    solved.display = Some(local_pass(&case.hierarchy, tracer, &solved, 16, &Silent));
     let bytes = written(case, &solved, &options);
     let again = read(case, &bytes).expect("what was written");
+    let display = |solution: &Solution| {
+        let DisplayMesh { forest, irradiance, linked } = solution.display.as_ref().expect("elements");
+        let light: Vec<[u32; 3]> =
+            irradiance.iter().map(|light| light.to_array().map(f32::to_bits)).collect();
+        (forest.second.clone(), light, linked.clone())
+    };
+    assert!(display(&again) == display(&solved), "{name}: elements for display");
     assert_eq!(again.forest.second, solved.forest.second, "{name}: elements");
     assert_eq!(again.forest.cell, solved.forest.cell, "{name}: cells");
     assert_eq!(bits(&again.light), bits(&solved.light), "{name}: light");
@@ -250,7 +265,7 @@ fn a_length_that_the_file_may_have_is_not_believed_either() {
 fn content_that_no_solution_has_is_refused_though_its_checksums_are_right() {
     let (case, bytes) = small();
     let all = |byte: u8, width: usize| vec![byte; width];
-    let cases: [(&[u8; 4], usize, Vec<u8>); 17] = [
+    let cases: [(&[u8; 4], usize, Vec<u8>); 20] = [
         (b"SCEN", 0, all(2, 1)),
         (b"COUN", 0, all(0xff, 8)),
         (b"FIGS", 8, f64::NAN.to_le_bytes().to_vec()),
@@ -269,6 +284,9 @@ fn content_that_no_solution_has_is_refused_though_its_checksums_are_right() {
         (b"LINK", 21, all(0xff, 1)),
         (b"LINK", 22, vec![0x80, 0x7f]),
         (b"LINK", 22, all(0xff, 2)),
+        (b"DTRE", 0, all(2, 1)),
+        (b"DTRE", 0, all(1, 40)),
+        (b"DIRR", 8, f32::NAN.to_le_bytes().to_vec()),
     ];
     for (tag, offset, put) in cases {
         let width = SECTIONS.iter().find(|section| section.0 == tag).expect("a section").1;
@@ -390,7 +408,7 @@ fn other_scenes_and_versions_are_told_apart() {
     });
     assert!(read_for(&renamed, meters, &bytes).is_ok());
 
-    for (version, part) in [(4u32, "a newer lightshaft (0.9.7, format 4"), (0, "an older lightshaft (0.9.7")]
+    for (version, part) in [(5u32, "a newer lightshaft (0.9.7, format 5"), (0, "an older lightshaft (0.9.7")]
     {
         let mut other = bytes.clone();
         other[8..12].copy_from_slice(&version.to_le_bytes());
