@@ -181,9 +181,10 @@ impl Preset {
     }
 }
 
-/// Rays for each of four points of an element in a local pass: their mean is about as exact as a pixel of a final gather.
+/// Rays for each of the four points of an element in a local pass: what they find together is to be more exact than a
+/// pixel of a final gather, whose noise nobody sees since it is as fine as the pixels.
 pub(super) fn local_pass_rays(quality: QualityArg) -> u32 {
-    (Preset::of(quality).gather_rays / 2).max(64)
+    Preset::of(quality).gather_rays / 2
 }
 
 impl SolveConfig {

@@ -16,7 +16,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 /// An element is divided where interpolation is off by more than this share of its light, root mean square of its
-/// quarters: twice what the noise of 64 rays comes to.
+/// quarters: more than the noise of the rays.
 const OFF: f32 = 0.08;
 
 /// So often it is looked for elements to be divided in four.
