@@ -32,7 +32,7 @@ use std::time::{Duration, Instant};
 /// Makes all runs, as configured.
 ///
 /// # Errors
-/// The first thing that goes wrong; then no output has been touched.
+/// The first thing that goes wrong; then no output has been touched but for the record, which has the runs that were made.
 pub(super) fn run(config: &ProfileConfig) -> Result<(), CliError> {
     for path in &config.run.outputs {
         check_destination(path)?;

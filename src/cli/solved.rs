@@ -383,8 +383,7 @@ pub(super) fn add_display(
     quality: QualityArg,
     progress: &dyn Progress,
 ) {
-    let mesh = local_pass(hierarchy, tracer, solution, local_pass_rays(quality), progress);
-    solution.display = Some(mesh);
+    solution.display = local_pass(hierarchy, tracer, solution, local_pass_rays(quality), progress);
 }
 
 /// What was made for display in so many seconds.

@@ -344,7 +344,8 @@ fn read_display<R: Read>(
     for (leaf, light) in forest.leaves().zip(of_leaves) {
         irradiance[leaf] = light;
     }
-    Ok(Some(DisplayMesh::new(forest, irradiance, solution)))
+    let mesh = DisplayMesh::new(forest, irradiance, solution);
+    mesh.ok_or_else(|| damaged("its elements for display are not those of its links")).map(Some)
 }
 
 fn read_counters(stored: &[u64]) -> Option<(u32, RefineCounters)> {

@@ -6,11 +6,11 @@
 
 use super::final_gather::{FinalGather, VisiblePoint};
 use super::levels::Levels;
-use super::reconstruct::Reconstruction;
+use super::reconstruct::{Reconstruction, ShownSide};
 use crate::hierarchy::Hierarchy;
 use crate::math::hash_pair;
 use crate::progress::{Progress, Work};
-use crate::radiosity::{DisplayMesh, Forest, Piece, Solution, Way};
+use crate::radiosity::{DisplayMesh, Forest, MIN_LOCAL_SIZE, Piece, Solution, Way};
 use crate::tracer::Tracer;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -58,17 +58,20 @@ impl Found {
     }
 }
 
-/// Gathers the light of all elements with about `rays` rays for each of four points.
+/// Gathers the light of all elements with about `rays` rays for each of four points. There always is a mesh: what divides the
+/// elements of the solution further divides them.
 pub fn local_pass(
     hierarchy: &Hierarchy,
     tracer: &dyn Tracer,
     solution: &Solution,
     rays: u32,
     progress: &dyn Progress,
-) -> DisplayMesh {
+) -> Option<DisplayMesh> {
     let gather = FinalGather::new(hierarchy, tracer, solution, rays, progress);
     let pass = LocalPass { hierarchy, gather: &gather, progress };
     let smallest = SMALLEST * hierarchy.frame.local_length(solution.min_size);
+    // What is divided is divided in four.
+    let smallest = smallest.max(2.0 * MIN_LOCAL_SIZE);
     let mut forest = solution.forest.divided(hierarchy, &[]);
     let mut found = pass.found(&forest, &leaves(&forest));
     for _ in 0..ROUNDS {
@@ -160,26 +163,50 @@ impl LocalPass<'_, '_> {
         let irradiance = by_element(forest, found);
         let shown = Reconstruction::of_display(self.hierarchy, forest, &irradiance);
         let black = BLACK * typical(forest, found);
-        let working = || Way::new(self.hierarchy, forest);
-        leaves(forest)
-            .par_iter()
-            .zip(found)
-            .with_min_len(BLOCK)
-            .map_init(working, |way, (&leaf, found)| {
-                let (piece, mean) = (way.to(leaf), found.mean.element_sum());
-                if mean <= black || piece.polygon.longest_edge() <= smallest {
-                    return false;
-                }
-                let index = forest.side_of(leaf);
-                let square = |(light, (point, _)): (&Vec3, (DVec3, f64))| {
-                    let shown = shown.irradiance_on(leaf, index, piece.plane.normal, point);
-                    (shown - *light).element_sum().powi(2)
-                };
-                let squares: f32 = found.quarters.iter().zip(quarters(piece, forest)).map(square).sum();
-                (0.25 * squares).sqrt() > OFF * mean
+        let mut first = 0;
+        let of_sides: Vec<&[Found]> = (0..forest.side_count())
+            .map(|side| {
+                let count = forest.elements_of(side).filter(|&element| forest.second[element] == 0).count();
+                first += count;
+                &found[first - count..first]
             })
+            .collect();
+        of_sides
+            .into_par_iter()
+            .enumerate()
+            .map_init(
+                || Way::new(self.hierarchy, forest),
+                |way, (side, found)| {
+                    let is_bright = |found: &Found| found.mean.element_sum() > black;
+                    if !found.iter().any(is_bright) {
+                        return vec![false; found.len()];
+                    }
+                    let shown = shown.of_side(side);
+                    let leaves = forest.elements_of(side).filter(|&element| forest.second[element] == 0);
+                    let is_off = |(leaf, found): (usize, &Found)| {
+                        let piece = way.to(leaf as u32);
+                        is_bright(found)
+                            && piece.polygon.longest_edge() > smallest
+                            && error(&shown, piece, forest, found) > OFF
+                            && forest.may_be_divided(leaf as u32)
+                    };
+                    leaves.zip(found).map(is_off).collect()
+                },
+            )
+            .flatten_iter()
             .collect()
     }
+}
+
+/// By how much what is shown of an element is off, as a share of its light: root mean square of its quarters.
+fn error(shown: &ShownSide, piece: &Piece, forest: &Forest, found: &Found) -> f32 {
+    let mean = found.mean.element_sum();
+    let square = |(light, (point, _)): (&Vec3, (DVec3, f64))| {
+        let off = (shown.irradiance(piece.id, piece.plane.normal, point) - *light).abs();
+        (off.element_sum() / mean).powi(2)
+    };
+    let squares: f32 = found.quarters.iter().zip(quarters(piece, forest)).map(square).sum();
+    (0.25 * squares).sqrt()
 }
 
 /// Mean irradiance, sum of the channels, weighted by the power it brings.

@@ -24,6 +24,27 @@ struct SideMesh {
     irradiance: Vec<Vec3>,
 }
 
+impl SideMesh {
+    /// Irradiance at a point of an element, by its number on the side.
+    fn irradiance(&self, local: u32, normal: DVec3, point: DVec3) -> Vec3 {
+        let corners = self.first[local as usize] as usize..self.first[local as usize + 1] as usize;
+        mean_value(point, normal, &self.points[corners.clone()], |i| self.irradiance[corners.start + i])
+    }
+}
+
+/// One side as it is shown.
+pub(super) struct ShownSide {
+    mesh: SideMesh,
+    first_element: u32,
+}
+
+impl ShownSide {
+    /// Irradiance at a point of an element; `normal` is that of the side.
+    pub(super) fn irradiance(&self, element: u32, normal: DVec3, point: DVec3) -> Vec3 {
+        self.mesh.irradiance(element - self.first_element, normal, point)
+    }
+}
+
 /// The leaf element at a visible point.
 #[derive(Clone, Debug)]
 pub struct Spot {
@@ -187,12 +208,15 @@ impl<'a> Reconstruction<'a> {
         Outlines { mesh, first_element: self.forest.first_element[index] }
     }
 
+    /// The side with this number; nothing of it is kept.
+    pub(super) fn of_side(&self, index: usize) -> ShownSide {
+        ShownSide { mesh: self.mesh_of(index), first_element: self.forest.first_element[index] }
+    }
+
     /// Irradiance at a point of an element on the side with this number.
-    pub(super) fn irradiance_on(&self, element: u32, index: usize, normal: DVec3, point: DVec3) -> Vec3 {
+    fn irradiance_on(&self, element: u32, index: usize, normal: DVec3, point: DVec3) -> Vec3 {
         let mesh = self.sides[index].get_or_init(|| self.mesh_of(index));
-        let local = (element - self.forest.first_element[index]) as usize;
-        let corners = mesh.first[local] as usize..mesh.first[local + 1] as usize;
-        mean_value(point, normal, &mesh.points[corners.clone()], |i| mesh.irradiance[corners.start + i])
+        mesh.irradiance(element - self.forest.first_element[index], normal, point)
     }
 
     fn mesh_of(&self, index: usize) -> SideMesh {

@@ -93,24 +93,26 @@ impl<'a> LayerMaker<'a> {
     }
 
     fn seen(&self, camera: &Camera, ray: &Ray, hit: &Hit) -> Seen {
-        let Shown { hierarchy, elements, surfaces, .. } = self.shown;
+        let Shown { hierarchy, solution, surfaces, .. } = self.shown;
         let (side, point) = met(hierarchy, ray, hit);
         let forward = (camera.target - camera.eye).normalize();
         let depth = (point - ray.origin.as_dvec3()).dot(forward) * hierarchy.frame.scene_units_per_local();
         let (depth, normal) = (depth as f32, hierarchy.side_normal(side).as_vec3().to_array());
         // The back of a one-sided surface is black.
-        let Some((spot, shown)) = elements.look_up(side, point).zip(surfaces.look_up(side, point)) else {
+        let Some(spot) = surfaces.look_up(side, point) else {
             return Seen { depth, normal, ..NOTHING_SEEN };
         };
-        let light = &self.light[hierarchy.nodes.len() + spot.element as usize];
+        // What is shown may be of elements for display.
+        let linked = solution.forest.leaf_at(hierarchy, side, point).map_or(spot.element, |leaf| leaf.id);
+        let light = &self.light[hierarchy.nodes.len() + linked as usize];
         let most =
             (1..light.len()).fold(0, |most, class| if light[class] > light[most] { class } else { most });
         Seen {
-            irradiance: shown.irradiance.to_array(),
+            irradiance: spot.irradiance.to_array(),
             albedo: hierarchy.reflectance_at(side.facet, point).to_array(),
             depth,
             normal,
-            element: spot.element,
+            element: linked,
             class: most as u32,
         }
     }

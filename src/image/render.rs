@@ -88,7 +88,10 @@ impl<'a> Renderer<'a> {
             }
             View::Mesh => (Look::Mesh(MeshView::new(hierarchy, solution)), None),
         };
-        let surfaces = Reconstruction::shown(hierarchy, solution);
+        // What is gathered has nothing to do with elements for display.
+        let is_interpolated = options.view == View::Shaded;
+        let shown = if is_interpolated { Reconstruction::shown } else { Reconstruction::new };
+        let surfaces = shown(hierarchy, solution);
         let elements = solution.display.as_ref().map(|_| Reconstruction::new(hierarchy, solution));
         Renderer {
             hierarchy,
@@ -123,11 +126,7 @@ impl<'a> Renderer<'a> {
     /// What pictures are made of.
     pub(super) fn shown(&self) -> Shown<'_> {
         let (hierarchy, tracer, solution) = (self.hierarchy, self.tracer, self.solution);
-        Shown { hierarchy, tracer, solution, surfaces: &self.surfaces, elements: self.elements() }
-    }
-
-    fn elements(&self) -> &Reconstruction<'a> {
-        self.elements.as_ref().unwrap_or(&self.surfaces)
+        Shown { hierarchy, tracer, solution, surfaces: &self.surfaces }
     }
 
     /// A quick picture, interpolated, with one ray a pixel.
@@ -139,7 +138,8 @@ impl<'a> Renderer<'a> {
         let lens = Lens::new(camera, &self.hierarchy.frame);
         let (width, height) = (camera.width as usize, camera.height as usize);
         let (hierarchy, solution) = (self.hierarchy, self.solution);
-        let surfaces = if let Look::Shaded = look { &self.surfaces } else { self.elements() };
+        let is_shaded = matches!(look, Look::Shaded);
+        let surfaces = self.elements.as_ref().filter(|_| !is_shaded).unwrap_or(&self.surfaces);
         let shader = Shader { hierarchy, solution, surfaces, look, pixel_angle: lens.pixel_angle() };
         let mut pixels = vec![[0.0f32; 3]; width * height];
         pixels.par_chunks_mut(width * BAND).enumerate().for_each(|(band, rows)| {
@@ -160,8 +160,6 @@ pub(super) struct Shown<'a> {
     pub(super) solution: &'a Solution,
     /// The light that is shown.
     pub(super) surfaces: &'a Reconstruction<'a>,
-    /// Elements that links have.
-    pub(super) elements: &'a Reconstruction<'a>,
 }
 
 struct Shader<'a> {

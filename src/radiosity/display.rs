@@ -15,8 +15,8 @@ pub struct DisplayMesh {
 }
 
 impl DisplayMesh {
-    /// Elements that divide those of a `solution`.
-    pub fn new(forest: Forest, irradiance: Vec<Vec3>, solution: &Forest) -> DisplayMesh {
+    /// Elements with light, which is as many numbers; `None` if they do not divide all that the `solution` divides.
+    pub fn new(forest: Forest, irradiance: Vec<Vec3>, solution: &Forest) -> Option<DisplayMesh> {
         let mut linked = Vec::with_capacity(forest.len());
         let mut stack = Vec::new();
         for side in 0..forest.side_count() {
@@ -24,13 +24,14 @@ impl DisplayMesh {
             while let Some((own, element)) = stack.pop() {
                 linked.push(element);
                 match [forest.second[own as usize], solution.second[element as usize]] {
-                    [0, _] => {}
+                    [0, 0] => {}
+                    [0, _] => return None,
                     [second, 0] => stack.extend([(second, element), (own + 1, element)]),
                     [second, theirs] => stack.extend([(second, theirs), (own + 1, element + 1)]),
                 }
             }
         }
-        DisplayMesh { forest, irradiance, linked }
+        Some(DisplayMesh { forest, irradiance, linked })
     }
 
     /// Bytes it takes.

@@ -229,6 +229,11 @@ impl Forest {
         forest
     }
 
+    /// Whether what an element is divided into in four lies no deeper than [`Forest::from_splits`] takes.
+    pub fn may_be_divided(&self, element: u32) -> bool {
+        self.above(element).count() + 2 <= DEEPEST as usize
+    }
+
     /// One element for each side, not numbered yet.
     fn undivided(hierarchy: &Hierarchy) -> Forest {
         let count = hierarchy.facets.len() as u32 * hierarchy.sides();

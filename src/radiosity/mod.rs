@@ -45,4 +45,4 @@ pub use quarters::Quarters;
 pub use refine::RefineCounters;
 pub use reflectance::Reflectance;
 pub use relight::{Relit, Reuse, relight};
-pub use solve::{Energy, Record, Solution, SolveOptions, solve};
+pub use solve::{Energy, MIN_LOCAL_SIZE, Record, Solution, SolveOptions, solve};

@@ -170,9 +170,10 @@ impl Solution {
         shares
     }
 
-    /// Bytes of elements and clusters.
+    /// Bytes of elements, those for display too, and clusters.
     pub fn elements_bytes(&self) -> u64 {
-        self.forest.bytes() + self.light.bytes() + self.openness.bytes()
+        let display = self.display.as_ref().map_or(0, DisplayMesh::bytes);
+        self.forest.bytes() + self.light.bytes() + self.openness.bytes() + display
     }
 }
 
@@ -531,7 +532,7 @@ const LOOKED: [(f64, u32); 2] = [(0.1, 32), (0.005, 128)];
 const STRAY_RAYS: u32 = 16;
 
 /// No element gets smaller than this, local length: a few hundred roundings.
-const MIN_LOCAL_SIZE: f64 = 5e-5;
+pub const MIN_LOCAL_SIZE: f64 = 5e-5;
 
 /// Power whose place or amount one flight over the links changed, summed over channels, local areas.
 fn changed_power(materials: &Materials<'_>, before: &Light, after: &Light) -> f64 {

@@ -24,7 +24,7 @@ pub struct Profile {
     pub triangles: u64,
     /// Worker threads.
     pub threads: usize,
-    /// How often each run was made; times are medians.
+    /// How often each run is made; times are medians.
     pub repeats: u32,
     /// In the order in which they were made.
     pub runs: Vec<ProfiledRun>,

@@ -14,10 +14,10 @@ fn render(folder: &Folder, output: &str, options: &[&str]) {
 }
 
 /// The channels of a file, by name.
-struct Channels(Vec<(String, FlatSamples)>);
+pub(crate) struct Channels(Vec<(String, FlatSamples)>);
 
 impl Channels {
-    fn of(folder: &Folder, name: &str) -> Channels {
+    pub(crate) fn of(folder: &Folder, name: &str) -> Channels {
         let image = read_first_flat_layer_from_file(folder.path(name)).expect("an EXR");
         let channels = image.layer_data.channel_data.list;
         Channels(
@@ -30,14 +30,14 @@ impl Channels {
         &found.unwrap_or_else(|| panic!("no channel {name}")).1
     }
 
-    fn floats(&self, name: &str) -> &[f32] {
+    pub(crate) fn floats(&self, name: &str) -> &[f32] {
         match self.samples(name) {
             FlatSamples::F32(values) => values,
             other => panic!("{name}: {other:?}"),
         }
     }
 
-    fn ids(&self, name: &str) -> &[u32] {
+    pub(crate) fn ids(&self, name: &str) -> &[u32] {
         match self.samples(name) {
             FlatSamples::U32(values) => values,
             other => panic!("{name}: {other:?}"),

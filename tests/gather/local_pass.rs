@@ -20,7 +20,7 @@ const RAYS: u32 = 64;
 /// A solution with elements for display.
 fn solved(case: &Case, tracer: &dyn Tracer) -> Solution {
     let mut solution = case.solve(tracer, &rough(Strategy::Adaptive));
-    solution.display = Some(local_pass(&case.hierarchy, tracer, &solution, RAYS, &Silent));
+    solution.display = local_pass(&case.hierarchy, tracer, &solution, RAYS, &Silent);
     solution
 }
 
@@ -119,7 +119,7 @@ fn what_is_hidden_darkens_nothing_beside_it() {
             |center: &glam::Vec3| case.hierarchy.frame.scene_from_local(center.as_dvec3()).x < middle.x;
         let light = |center| glam::Vec3::splat(if is_dark(center) { dark } else { 1.0 });
         let irradiance = forest.center.iter().map(light).collect();
-        solution.display = Some(DisplayMesh::new(forest, irradiance, &solution.forest));
+        solution.display = DisplayMesh::new(forest, irradiance, &solution.forest);
         let beside = (middle + DVec3::X * 1e-3, DVec3::Z);
         let [shown, _] = both(&case, &tracer, &solution, &[beside])[0];
         assert!((shown - expected).abs() < 0.02, "beside {dark}: {shown}, not {expected}");

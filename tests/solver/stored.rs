@@ -47,7 +47,7 @@ fn small() -> (Case, Vec<u8>) {
     let options = SolveOptions { resolution: 12.0, epsilon: 2e-2, ..rough(Strategy::Adaptive) };
     let tracer = case.fallback();
     let mut solution = case.solve(&tracer, &options);
-    solution.display = Some(local_pass(&case.hierarchy, &tracer, &solution, 16, &Silent));
+    solution.display = local_pass(&case.hierarchy, &tracer, &solution, 16, &Silent);
     let bytes = written(&case, &solution, &options);
     (case, bytes)
 }
@@ -122,7 +122,7 @@ fn comes_back(name: &str, case: &Case, tracer: &dyn Tracer, strategy: Strategy) 
     let mut solved = case.solve(tracer, &options);
     let without = written(case, &solved, &options);
     assert!(read(case, &without).expect("what was written").display.is_none(), "{name}");
-    solved.display = Some(local_pass(&case.hierarchy, tracer, &solved, 16, &Silent));
+    solved.display = local_pass(&case.hierarchy, tracer, &solved, 16, &Silent);
     let bytes = written(case, &solved, &options);
     let again = read(case, &bytes).expect("what was written");
     let display = |solution: &Solution| {
@@ -324,6 +324,50 @@ fn links_of_leaves_are_refused() {
         let error = read(&case, &changed).expect_err("a link of a leaf").to_string();
         assert!(error.contains("between clusters and elements"), "{error}");
     }
+}
+
+/// They show the light of the elements that links have, in parts of them.
+#[test]
+fn elements_for_display_that_are_coarser_than_the_others_are_refused() {
+    let (case, bytes) = small();
+    let tree = records(&bytes, b"TREE");
+    let splits: Vec<bool> = tree.iter().map(|&is_split| is_split == 1).collect();
+    let forest = Forest::from_splits(&case.hierarchy, &splits).expect("what was written");
+    // As many elements, some of them elsewhere: the first leaf is divided, and the last pair of leaves is not.
+    let leaf = |element: u32| forest.second[element as usize] == 0;
+    let first = forest.leaves().next().expect("leaves");
+    let joined = (0..forest.len() as u32)
+        .rfind(|&element| !leaf(element) && leaf(element + 1) && leaf(forest.second[element as usize]))
+        .expect("a pair of leaves");
+    let mut other: Vec<u8> = Vec::new();
+    for (element, &is_split) in (0u32..).zip(tree) {
+        match element {
+            _ if element as usize == first => other.extend([1, 0, 0]),
+            _ if element == joined => other.push(0),
+            _ if element == joined + 1 || element == joined + 2 => {}
+            _ => other.push(is_split),
+        }
+    }
+    assert_eq!(other.len(), tree.len());
+    let leaves = vec![0; 12 * forest.leaves().count()];
+    let mut changed = bytes[..section(&bytes, b"DTRE")].to_vec();
+    for (tag, width, content) in [(b"DTRE", 1, &other), (b"DIRR", 12, &leaves)] {
+        let at = changed.len();
+        changed.extend_from_slice(tag);
+        changed.extend_from_slice(&((content.len() / width) as u64).to_le_bytes());
+        changed.extend([0; 4]);
+        seal(&mut changed, at..at + 12);
+        changed.extend_from_slice(content);
+        changed.extend([0; 4]);
+        seal(&mut changed, at + 16..at + 16 + content.len());
+    }
+    let error = read(&case, &changed).expect_err("other elements").to_string();
+    assert!(error.contains("elements for display are not those of its links"), "{error}");
+    // The same elements are no fault.
+    let at = changed.len() - 4 - leaves.len() - 16 - 4 - other.len();
+    changed[at..at + other.len()].copy_from_slice(tree);
+    seal(&mut changed, at..at + other.len());
+    assert!(read(&case, &changed).is_ok_and(|solution| solution.display.is_some()));
 }
 
 /// What is read can be looked at, however wrong it is.

@@ -32,8 +32,8 @@ pub(in crate::cli) struct SolveArgs {
 /// What pictures and models are to show.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct DisplayArgs {
-    /// Gather light once more at every element, and divide elements until interpolation shows it: pictures and models as
-    /// crisp as with --final-gather, for about the time that one such picture takes
+    /// Gather light once more at every element, and divide elements until interpolation shows it: pictures and models nearly
+    /// as crisp as with --final-gather, for the time of a few such pictures
     #[arg(long, help_heading = "Display")]
     pub(in crate::cli) local_pass: bool,
 }

@@ -51,7 +51,7 @@ pub(super) fn head(name: &str) -> String {
 
 /// What is seen, but for the scene itself.
 pub(super) fn body(lit: LitScene<'_>, display: Display, legend: &Legend, licence: &str) -> String {
-    let elements = lit.solution.forest.leaves().count();
+    let elements = lit.shown().leaves().count();
     let checked = |tone: Tone| (tone == display.tone).then_some("checked");
     let body = html! {
         canvas #view tabindex="0" role="application" aria-label="The scene: drag to look, keys to move; see Help" {}
