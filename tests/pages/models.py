@@ -13,6 +13,8 @@ import sys
 from browser import PROJECT, look, looked_at, run
 
 EXPOSURE = {"cornell-box": "3", "paper-1": "1"}
+# The first has elements for display besides those of its links: they are what is shown.
+SOLVE = {"cornell-box": ["--local-pass"], "paper-1": [], "penumbra": []}
 # The first has two cameras, and in the last one z is up. All are so bright that much of the light is more than white.
 WALKS = {"paper-1": 4, "cornell-box": 6, "penumbra": 2}
 
@@ -23,7 +25,7 @@ def write_models(lightshaft, folder):
     for name, exposure in EXPOSURE.items():
         scene = PROJECT / "scenes" / name / "scene.toml"
         solution, model, picture = (folder / f"{name}.{kind}" for kind in ("lsol", "glb", "png"))
-        run([lightshaft, "solve", scene, "-o", solution, "--quality", "draft", "-q"], "lightshaft solve")
+        run([lightshaft, "solve", scene, "-o", solution, "--quality", "draft", "-q", *SOLVE[name]], "lightshaft solve")
         run([lightshaft, "export", solution, "--glb", model, "--exposure", exposure, "-q"], "lightshaft export")
         shown = ["--exposure", exposure, "--tone", "plain", "--samples", "1", "--width", "480", "-q"]
         run([lightshaft, "render", scene, "--solution", solution, "-o", picture, *shown], "lightshaft render")
@@ -36,7 +38,7 @@ def write_walks(lightshaft, folder):
     for name, exposure in WALKS.items():
         scene = PROJECT / "scenes" / name / "scene.toml"
         solution, page = (folder / f"{name}.{kind}" for kind in ("lsol", "html"))
-        run([lightshaft, "solve", scene, "-o", solution, "--quality", "draft", "-q"], "lightshaft solve")
+        run([lightshaft, "solve", scene, "-o", solution, "--quality", "draft", "-q", *SOLVE[name]], "lightshaft solve")
         run([lightshaft, "export", solution, "--html", page, "--exposure", str(exposure), "-q"], "lightshaft export")
         kinds = {
             "filmic": ["--exposure", str(exposure)],
