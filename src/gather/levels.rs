@@ -22,8 +22,14 @@ const CUT_AGAIN: f64 = 2.0;
 
 /// One source of light for the points of a node.
 struct Term {
-    piece: Piece,
+    source: Source,
     view: InView,
+}
+
+impl Term {
+    fn new(piece: Piece, view: InView, shining: &SentOut<'_>) -> Term {
+        Term { source: Source::new(piece, view == InView::Most, shining), view }
+    }
 }
 
 /// What a link says about how much of a source is in view.
@@ -47,7 +53,7 @@ struct Level {
 
 impl Level {
     /// What the links of one node say.
-    fn of(gather: &FinalGather<'_>, node: u32) -> Level {
+    fn of(gather: &FinalGather<'_>, node: u32, shining: &SentOut<'_>) -> Level {
         let (hierarchy, forest) = (gather.hierarchy, &gather.solution.forest);
         let clusters = hierarchy.nodes.len() as u32;
         let mut level = Level { node, terms: Vec::new(), clear_lamps: Vec::new() };
@@ -63,7 +69,7 @@ impl Level {
                             true => InView::Most,
                             false => InView::Some,
                         };
-                        level.terms.push(Term { piece: way.to(element).clone(), view });
+                        level.terms.push(Term::new(way.to(element).clone(), view, shining));
                     }
                     Role::Lamp(lamp) if is_clear => {
                         level.clear_lamps.push((lamp, forest.area[element as usize]));
@@ -76,7 +82,8 @@ impl Level {
                 let first = gather.sources.partition_point(|&side| side < sides.start);
                 for &side in gather.sources[first..].iter().take_while(|&&side| side < sides.end) {
                     if gather.roles[side] == Role::Source {
-                        level.terms.push(Term { piece: forest.root(hierarchy, side), view: InView::Some });
+                        let piece = forest.root(hierarchy, side);
+                        level.terms.push(Term::new(piece, InView::Some, shining));
                     }
                 }
             }
@@ -90,6 +97,8 @@ pub(super) struct Levels<'g, 'a> {
     gather: &'g FinalGather<'a>,
     levels: Vec<Level>,
     path: Vec<u32>,
+    /// The emitters that are gathered from at all points.
+    lamps: Vec<Source>,
     shining: SentOut<'g>,
     sources: Sources,
     /// What each of those that rays are for brings to a point.
@@ -115,7 +124,8 @@ impl<'g, 'a> Levels<'g, 'a> {
         let shining = SentOut { forest: &gather.solution.forest, light: &gather.light };
         let sources =
             Sources { element: None, clear: Vec::new(), unknown: Vec::new(), share: 0.0, little: 0.0 };
-        Levels { gather, levels: Vec::new(), path: Vec::new(), shining, sources, brought: Vec::new() }
+        let lamps = gather.lamps.iter().map(|lamp| Source::new(lamp.clone(), false, &shining)).collect();
+        Levels { gather, levels: Vec::new(), path: Vec::new(), lamps, shining, sources, brought: Vec::new() }
     }
 
     /// Irradiance at a point, W/m².
@@ -153,7 +163,7 @@ impl<'g, 'a> Levels<'g, 'a> {
 
     /// Collects what the links of all levels say about one element, cut as its middle sees it.
     fn find_sources(&mut self, side: Side, element: u32) {
-        let Levels { gather, levels, shining, sources, .. } = self;
+        let Levels { gather, levels, lamps, shining, sources, .. } = self;
         let forest = &gather.solution.forest;
         let at = Spotlit::on(gather.hierarchy, side, forest.center[element as usize].as_dvec3());
         let known = gather.solution.light.irradiance[element as usize];
@@ -162,20 +172,20 @@ impl<'g, 'a> Levels<'g, 'a> {
         sources.little = UNEVEN * f64::from(known.max_element());
         sources.clear.clear();
         sources.unknown.clear();
-        let mut add = |piece: &Piece, view: InView| {
-            if piece.side.facet != side.facet {
-                let source = Source::new(piece.clone(), view == InView::Most, shining);
-                if view == InView::All { sources.clear.push(source) } else { unknown.push(source) }
+        let mut add = |source: &Source, view: InView| {
+            if source.piece.side.facet != side.facet {
+                let list = if view == InView::All { &mut sources.clear } else { &mut unknown };
+                list.push(source.clone());
             }
         };
-        for (lamp, piece) in (0..).zip(&gather.lamps) {
+        for (lamp, source) in (0..).zip(&*lamps) {
             let clear = levels.iter().flat_map(|level| &level.clear_lamps).filter(|clear| clear.0 == lamp);
             let clear: f32 = clear.map(|clear| clear.1).sum();
-            let is_clear = clear >= forest.area[piece.id as usize] * (1.0 - NEARLY_ALL);
-            add(piece, if is_clear { InView::All } else { InView::Some });
+            let is_clear = clear >= forest.area[source.piece.id as usize] * (1.0 - NEARLY_ALL);
+            add(source, if is_clear { InView::All } else { InView::Some });
         }
         for term in levels.iter().flat_map(|level| &level.terms) {
-            add(&term.piece, term.view);
+            add(&term.source, term.view);
         }
         let total: f64 = unknown.iter().map(|source| source.irradiance(at).element_sum()).sum();
         let rays = f64::from(gather.rays);
@@ -210,7 +220,7 @@ impl<'g, 'a> Levels<'g, 'a> {
             self.levels.iter().zip(&self.path).take_while(|(level, node)| level.node == **node).count();
         self.levels.truncate(common);
         for &node in &self.path[common..] {
-            self.levels.push(Level::of(self.gather, node));
+            self.levels.push(Level::of(self.gather, node, &self.shining));
         }
     }
 }

@@ -5,6 +5,7 @@ use crate::math::{PairSequence, Plane, Polygon, hash_pair};
 use crate::radiosity::{Forest, Light, Piece, SourceShape};
 use crate::tracer::{Candidates, FilterAudit, NO_FACET, PACKET, Segment, Tracer};
 use glam::DVec3;
+use std::rc::Rc;
 
 /// No part is cut more often than this.
 const MOST_CUTS: u32 = 24;
@@ -102,12 +103,14 @@ fn cut(piece: &Piece) -> [Piece; 2] {
     piece.polygon.bisect().map(|polygon| piece.part(polygon))
 }
 
-/// A surface that shines, or a part of one.
+/// A surface that shines, or a part of one. Small, and its outline apart: most sources of a point bring it so little that
+/// all that is asked is how little.
+#[derive(Clone)]
 pub(super) struct Source {
     shape: SourceShape,
     /// W/m².
     pub(super) exitance: DVec3,
-    pub(super) piece: Piece,
+    pub(super) piece: Rc<Piece>,
     /// Most of it is probably in view.
     is_mostly_seen: bool,
 }
@@ -115,7 +118,7 @@ pub(super) struct Source {
 impl Source {
     pub(super) fn new(piece: Piece, is_mostly_seen: bool, shining: &impl Shining) -> Source {
         let shape = SourceShape::of(&piece.polygon, piece.plane);
-        Source { shape, exitance: shining.exitance(&piece), piece, is_mostly_seen }
+        Source { shape, exitance: shining.exitance(&piece), piece: Rc::new(piece), is_mostly_seen }
     }
 
     /// What it brings to a point when nothing is in between.
