@@ -28,6 +28,10 @@ const SMALLEST: f64 = 0.5;
 /// Elements darker than this share of the typical irradiance are not divided: pictures show nothing of them.
 const BLACK: f32 = 1e-3;
 
+/// Elements that links bring less than this share of the typical irradiance keep what they bring. They lie inside of bodies
+/// for the most part, where all rays are cast and none arrives.
+const UNLIT: f32 = 2e-4;
+
 /// A quarter that gets less than this share of what the brightest gets lies hidden, as in a body that stands on the
 /// element, and says nothing about the others.
 pub(super) const HIDDEN: f32 = 0.1;
@@ -68,7 +72,10 @@ pub fn local_pass(
     progress: &dyn Progress,
 ) -> Option<DisplayMesh> {
     let gather = FinalGather::new(hierarchy, tracer, solution, rays, progress);
-    let pass = LocalPass { hierarchy, gather: &gather, progress };
+    let known = &solution.light.irradiance;
+    let linked = solution.forest.leaves().map(|leaf| (known[leaf].element_sum(), solution.forest.area[leaf]));
+    let typical = typical(linked);
+    let pass = LocalPass { hierarchy, gather: &gather, known, typical, progress };
     let smallest = SMALLEST * hierarchy.frame.local_length(solution.min_size);
     // What is divided is divided in four.
     let smallest = smallest.max(2.0 * MIN_LOCAL_SIZE);
@@ -120,6 +127,10 @@ fn quarters(piece: &Piece, forest: &Forest) -> [(DVec3, f64); 4] {
 struct LocalPass<'p, 'a> {
     hierarchy: &'a Hierarchy,
     gather: &'p FinalGather<'a>,
+    /// Irradiance of the elements that links have, W/m².
+    known: &'p [Vec3],
+    /// Mean of that, sum of the channels, weighted by the power it brings.
+    typical: f32,
     progress: &'p dyn Progress,
 }
 
@@ -151,6 +162,10 @@ impl LocalPass<'_, '_> {
         let Some(element) = self.gather.element_at(side, piece.polygon.center()) else {
             return Found::new([Vec3::ZERO; 4], [1.0; 4]);
         };
+        let known = self.known[element as usize];
+        if known.element_sum() < UNLIT * self.typical {
+            return Found::new([known; 4], [1.0; 4]);
+        }
         let light = [0, 1, 2, 3].map(|i| {
             let seed = hash_pair(piece.key, i as u64);
             levels.irradiance(&VisiblePoint { side, point: parts[i].0, element, seed })
@@ -162,7 +177,7 @@ impl LocalPass<'_, '_> {
     fn off(&self, forest: &Forest, found: &[Found], smallest: f64) -> Vec<bool> {
         let irradiance = by_element(forest, found);
         let shown = Reconstruction::of_display(self.hierarchy, forest, &irradiance);
-        let black = BLACK * typical(forest, found);
+        let black = BLACK * self.typical;
         let mut first = 0;
         let of_sides: Vec<&[Found]> = (0..forest.side_count())
             .map(|side| {
@@ -181,7 +196,8 @@ impl LocalPass<'_, '_> {
                     if !found.iter().any(is_bright) {
                         return vec![false; found.len()];
                     }
-                    let shown = shown.of_side(side);
+                    // Facets of a curved surface are smoothed over: no division would show each as it is lit.
+                    let shown = shown.flat_side(side);
                     let leaves = forest.elements_of(side).filter(|&element| forest.second[element] == 0);
                     let is_off = |(leaf, found): (usize, &Found)| {
                         let piece = way.to(leaf as u32);
@@ -209,11 +225,10 @@ fn error(shown: &ShownSide, piece: &Piece, forest: &Forest, found: &Found) -> f3
     (0.25 * squares).sqrt()
 }
 
-/// Mean irradiance, sum of the channels, weighted by the power it brings.
-fn typical(forest: &Forest, found: &[Found]) -> f32 {
+/// Mean irradiance, weighted by the power it brings, of elements with so much on such an area.
+fn typical(elements: impl Iterator<Item = (f32, f32)>) -> f32 {
     let (mut squares, mut power) = (0.0, 0.0);
-    for (leaf, found) in forest.leaves().zip(found) {
-        let (light, area) = (f64::from(found.mean.element_sum()), f64::from(forest.area[leaf]));
+    for (light, area) in elements.map(|(light, area)| (f64::from(light), f64::from(area))) {
         squares += light * light * area;
         power += light * area;
     }

@@ -12,6 +12,9 @@ use std::ops::Range;
 /// Elements whose normals differ by less than about 35° are shaded as one smooth surface.
 pub(super) const SMOOTH_COSINE: f64 = 0.82;
 
+/// Elements whose normals differ by less than about a degree are parts of one plane.
+const FLAT_COSINE: f64 = 0.9998;
+
 /// What lies further than this from an element has no corner in common with it: a corner may be off the
 /// element, and the neighbour off its own plane.
 const APART: f64 = 3.0 * SAME_POINT;
@@ -95,6 +98,11 @@ impl<'a> Neighbourhood<'a> {
             candidates: Vec::new(),
             compared: 0,
         }
+    }
+
+    /// Of what continues a surface in its plane.
+    pub(super) fn in_plane(self) -> Neighbourhood<'a> {
+        Neighbourhood { least_cosine: FLAT_COSINE, ..self }
     }
 
     /// Of everything, at whatever angle it stands.

@@ -208,20 +208,22 @@ impl<'a> Reconstruction<'a> {
         Outlines { mesh, first_element: self.forest.first_element[index] }
     }
 
-    /// The side with this number; nothing of it is kept.
-    pub(super) fn of_side(&self, index: usize) -> ShownSide {
-        ShownSide { mesh: self.mesh_of(index), first_element: self.forest.first_element[index] }
+    /// The side with this number as it is shown but for what is smoothed over from other planes; nothing of it is kept.
+    pub(super) fn flat_side(&self, index: usize) -> ShownSide {
+        let around = Neighbourhood::new(self.hierarchy, self.forest, &self.irradiance).in_plane();
+        ShownSide { mesh: self.mesh_of(index, around), first_element: self.forest.first_element[index] }
     }
 
     /// Irradiance at a point of an element on the side with this number.
     fn irradiance_on(&self, element: u32, index: usize, normal: DVec3, point: DVec3) -> Vec3 {
-        let mesh = self.sides[index].get_or_init(|| self.mesh_of(index));
+        let around = || Neighbourhood::new(self.hierarchy, self.forest, &self.irradiance);
+        let mesh = self.sides[index].get_or_init(|| self.mesh_of(index, around()));
         mesh.irradiance(element - self.forest.first_element[index], normal, point)
     }
 
-    fn mesh_of(&self, index: usize) -> SideMesh {
+    fn mesh_of(&self, index: usize, mut around: Neighbourhood<'_>) -> SideMesh {
         let mut mesh = SideMesh::default();
-        Neighbourhood::new(self.hierarchy, self.forest, &self.irradiance).visit(index, |piece, near| {
+        around.visit(index, |piece, near| {
             mesh.first.push(mesh.points.len() as u32);
             let Some(near) = near else { return };
             for corner in outline(&piece.polygon, near.iter()) {
