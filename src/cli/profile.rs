@@ -89,6 +89,12 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
     if let Some((points, reference)) = &config.reference {
         found.setup.values.extend(setup::reference(points, reference, config.samples));
     }
+    // Maps are for a page, and need a camera.
+    let camera =
+        config.html.as_ref().and(loaded.scene.cameras.first()).map(|camera| within(camera, MAP_PIXELS));
+    if let Some(camera) = &camera {
+        found.setup.values.extend(setup::view(camera, MAP_SAMPLES));
+    }
     let all = kinds.len() as u64 * u64::from(config.repeats);
     progress.start("profile", all);
     let mut timed: Vec<Timed> = vec![Timed::default(); kinds.len()];
@@ -125,16 +131,11 @@ fn run_in_pool(config: &ProfileConfig, progress: &dyn Progress) -> Result<(), Cl
         }
     }
     progress.finish();
-    let (mut maps, camera) = (Vec::new(), loaded.scene.cameras.first());
+    let mut maps = Vec::new();
     if let (Some(path), Some(&(tracer, settings)), Some(camera)) =
-        (&config.html, kinds.get(config.aim), camera)
+        (&config.html, kinds.get(config.aim), &camera)
     {
-        let camera = within(camera, MAP_PIXELS);
-        found.setup.values.extend(setup::view(&camera, MAP_SAMPLES));
-        maps = bench.maps(path, tracer, settings, &camera, progress)?;
-        if let Some(path) = &config.json {
-            json::write_json(path, &found)?;
-        }
+        maps = bench.maps(path, tracer, settings, camera, progress)?;
     }
     if let Some(path) = &config.trace {
         trace::write_trace(path, &timeline, &stages)?;

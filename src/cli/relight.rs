@@ -3,9 +3,7 @@
 use super::config::{RelightConfig, RunConfig};
 use super::console;
 use super::errors::CliError;
-use super::solved::{
-    Loaded, Solved, add_display, fill_stats, in_pool, local_pass_stats, scene_failure, warn_if_unbalanced,
-};
+use super::solved::{Loaded, Solved, add_display, fill_stats, in_pool, scene_failure, warn_if_unbalanced};
 use super::stored::scene_of;
 use crate::export::{Origin, write_solution};
 use crate::hierarchy::{Fingerprint, Hierarchy};
@@ -42,7 +40,7 @@ fn run_in_pool(config: &RelightConfig, run: &RunConfig, progress: &dyn Progress)
     let loaded = Loaded::load(run, progress)?;
     check_names(&config.changes, &loaded.scene.materials)
         .map_err(|why| CliError::Usage(format!("--set: {why}")))?;
-    let Solved { scene: before, hierarchy, tracer, solution, quality, origin, mut stats, mut clock } =
+    let Solved { scene: before, hierarchy, tracer, solution, quality, origin, mut stats, clock } =
         loaded.solution(run, progress)?;
     let options = origin.options().ok_or_else(|| {
         let (stored, strategy) = (config.stored.display(), &origin.strategy);
@@ -60,9 +58,7 @@ fn run_in_pool(config: &RelightConfig, run: &RunConfig, progress: &dyn Progress)
     let Relit { mut solution, untested, coarse, moved } =
         relight(&hierarchy, tracer.as_ref(), solution, &options, config.reuse, square_meters, progress);
     if config.local_pass {
-        clock.lap();
-        add_display(&mut solution, &hierarchy, tracer.as_ref(), quality, progress);
-        stats.local_pass = local_pass_stats(&solution, clock.lap());
+        stats.local_pass = add_display(&mut solution, &hierarchy, tracer.as_ref(), quality, progress);
     }
     let origin = Origin { changes, ..origin }.at(&config.output, &run.scene);
     write_solution(&config.output, &hierarchy, scene.meters_per_unit, &solution, &origin)?;

@@ -3,7 +3,7 @@
 use super::config::KeepConfig;
 use super::console;
 use super::errors::CliError;
-use super::solved::{Loaded, Solved, add_display, in_pool, local_pass_stats};
+use super::solved::{Loaded, Solved, add_display, in_pool};
 use crate::export::write_solution;
 use crate::image::write::check_destination;
 use crate::memory;
@@ -23,12 +23,10 @@ pub(super) fn run(config: &KeepConfig) -> Result<(), CliError> {
 }
 
 fn run_in_pool(config: &KeepConfig, progress: &dyn Progress) -> Result<(), CliError> {
-    let Solved { scene, hierarchy, tracer, mut solution, quality, origin, mut stats, mut clock } =
+    let Solved { scene, hierarchy, tracer, mut solution, quality, origin, mut stats, clock } =
         Loaded::load(&config.run, progress)?.solve(&config.run, progress)?;
     if config.local_pass {
-        clock.lap();
-        add_display(&mut solution, &hierarchy, tracer.as_ref(), quality, progress);
-        stats.local_pass = local_pass_stats(&solution, clock.lap());
+        stats.local_pass = add_display(&mut solution, &hierarchy, tracer.as_ref(), quality, progress);
     }
     let origin = origin.at(&config.output, &config.run.scene);
     write_solution(&config.output, &hierarchy, scene.meters_per_unit, &solution, &origin)?;

@@ -375,21 +375,19 @@ fn visibility_stats(counters: &VisibilityCounters) -> VisibilityStats {
     }
 }
 
-/// Makes elements for display.
+/// Makes elements for display, and says what was made.
 pub(super) fn add_display(
     solution: &mut Solution,
     hierarchy: &Hierarchy,
     tracer: &dyn Tracer,
     quality: QualityArg,
     progress: &dyn Progress,
-) {
+) -> Option<LocalPassStats> {
+    let start = Instant::now();
     solution.display = local_pass(hierarchy, tracer, solution, local_pass_rays(quality), progress);
-}
-
-/// What was made for display in so many seconds.
-pub(super) fn local_pass_stats(solution: &Solution, seconds: f64) -> Option<LocalPassStats> {
     let mesh = solution.display.as_ref()?;
-    Some(LocalPassStats { elements: mesh.forest.len() as u64, bytes: mesh.bytes(), seconds })
+    let (elements, seconds) = (mesh.forest.len() as u64, start.elapsed().as_secs_f64());
+    Some(LocalPassStats { elements, bytes: mesh.bytes(), seconds })
 }
 
 /// What a scene error means for the caller.

@@ -181,7 +181,7 @@ impl LocalPass<'_, '_> {
         let mut first = 0;
         let of_sides: Vec<&[Found]> = (0..forest.side_count())
             .map(|side| {
-                let count = forest.elements_of(side).filter(|&element| forest.second[element] == 0).count();
+                let count = forest.leaves_of(side).count();
                 first += count;
                 &found[first - count..first]
             })
@@ -198,7 +198,6 @@ impl LocalPass<'_, '_> {
                     }
                     // Facets of a curved surface are smoothed over: no division would show each as it is lit.
                     let shown = shown.flat_side(side);
-                    let leaves = forest.elements_of(side).filter(|&element| forest.second[element] == 0);
                     let is_off = |(leaf, found): (usize, &Found)| {
                         let piece = way.to(leaf as u32);
                         is_bright(found)
@@ -206,7 +205,7 @@ impl LocalPass<'_, '_> {
                             && error(&shown, piece, forest, found) > OFF
                             && forest.may_be_divided(leaf as u32)
                     };
-                    leaves.zip(found).map(is_off).collect()
+                    forest.leaves_of(side).zip(found).map(is_off).collect()
                 },
             )
             .flatten_iter()

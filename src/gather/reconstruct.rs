@@ -185,8 +185,7 @@ impl<'a> Reconstruction<'a> {
     /// corners are the very same points.
     pub fn outlines(&self, index: usize) -> Outlines {
         let mut mesh = SideMesh::default();
-        let around = Neighbourhood::new(self.hierarchy, self.forest, &self.irradiance);
-        around.at_any_angle().visit(index, |piece, near| {
+        self.around().at_any_angle().visit(index, |piece, near| {
             mesh.first.push(mesh.points.len() as u32);
             let Some(near) = near else { return };
             let is_smooth = |other: &&Neighbour| other.normal.dot(piece.plane.normal) > SMOOTH_COSINE;
@@ -210,15 +209,21 @@ impl<'a> Reconstruction<'a> {
 
     /// The side with this number as it is shown but for what is smoothed over from other planes; nothing of it is kept.
     pub(super) fn flat_side(&self, index: usize) -> ShownSide {
-        let around = Neighbourhood::new(self.hierarchy, self.forest, &self.irradiance).in_plane();
-        ShownSide { mesh: self.mesh_of(index, around), first_element: self.forest.first_element[index] }
+        ShownSide {
+            mesh: self.mesh_of(index, self.around().in_plane()),
+            first_element: self.forest.first_element[index],
+        }
     }
 
     /// Irradiance at a point of an element on the side with this number.
     fn irradiance_on(&self, element: u32, index: usize, normal: DVec3, point: DVec3) -> Vec3 {
-        let around = || Neighbourhood::new(self.hierarchy, self.forest, &self.irradiance);
-        let mesh = self.sides[index].get_or_init(|| self.mesh_of(index, around()));
+        let mesh = self.sides[index].get_or_init(|| self.mesh_of(index, self.around()));
         mesh.irradiance(element - self.forest.first_element[index], normal, point)
+    }
+
+    /// What continues a surface smoothly.
+    fn around(&self) -> Neighbourhood<'_> {
+        Neighbourhood::new(self.hierarchy, self.forest, &self.irradiance)
     }
 
     fn mesh_of(&self, index: usize, mut around: Neighbourhood<'_>) -> SideMesh {

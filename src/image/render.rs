@@ -92,7 +92,8 @@ impl<'a> Renderer<'a> {
         let is_interpolated = options.view == View::Shaded;
         let shown = if is_interpolated { Reconstruction::shown } else { Reconstruction::new };
         let surfaces = shown(hierarchy, solution);
-        let elements = solution.display.as_ref().map(|_| Reconstruction::new(hierarchy, solution));
+        let others = is_interpolated && solution.display.is_some();
+        let elements = others.then(|| Reconstruction::new(hierarchy, solution));
         Renderer {
             hierarchy,
             tracer,

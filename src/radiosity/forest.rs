@@ -269,6 +269,11 @@ impl Forest {
         (0..self.len()).filter(|&element| self.second[element] == 0)
     }
 
+    /// Those of one side.
+    pub fn leaves_of(&self, index: usize) -> impl Iterator<Item = usize> + '_ {
+        self.elements_of(index).filter(|&element| self.second[element] == 0)
+    }
+
     /// Whether there are no elements.
     pub fn is_empty(&self) -> bool {
         self.second.is_empty()

@@ -539,8 +539,8 @@ fn changed_power(materials: &Materials<'_>, before: &Light, after: &Light) -> f6
     let Materials { forest, .. } = *materials;
     let of_side = |side: usize| -> f64 {
         let (emission, reflectance) = materials.of(side);
-        let leaves = forest.elements_of(side).filter(|&element| forest.second[element] == 0);
-        leaves
+        forest
+            .leaves_of(side)
             .map(|e| {
                 let sent = emission + reflectance.of(e as u32) * after.irradiance[e];
                 ((sent - before.exitance[e]).abs().element_sum() * forest.area[e]) as f64
@@ -567,10 +567,7 @@ fn balance(
     let mut energy = Energy::default();
     for side in 0..forest.side_count() {
         let (emission, reflectance) = materials.of(side);
-        for element in forest.elements_of(side) {
-            if forest.second[element] != 0 {
-                continue;
-            }
+        for element in forest.leaves_of(side) {
             let area = forest.area[element] as f64 * square_meters;
             let sum = |v: Vec3| (v.x + v.y + v.z) as f64 * area;
             energy.emitted += sum(emission);

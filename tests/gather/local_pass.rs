@@ -2,7 +2,7 @@
 //! whole hemisphere. A failure means that elements for display have the wrong light, or lie in the wrong places.
 
 use glam::DVec3;
-use lightshaft::gather::{Gatherer, Reconstruction, local_pass};
+use lightshaft::gather::{Reconstruction, local_pass};
 use lightshaft::progress::Silent;
 use lightshaft::radiosity::{DisplayMesh, Solution};
 use lightshaft::tracer::Tracer;
@@ -11,7 +11,7 @@ use rayon::ThreadPoolBuilder;
 
 use crate::asking::Point;
 use crate::boxes::Rectangles;
-use crate::final_gather::{rms, seen, sides};
+use crate::final_gather::{off_rays, off_shadow, seen, sides};
 use crate::penumbra::{self, BOARDS};
 use crate::solving::{Case, rough};
 
@@ -42,13 +42,7 @@ fn elements_are_divided_until_interpolation_shows_a_shadow() {
         let tracer = case.fallback();
         let solution = solved(&case, &tracer);
         let found = both(&case, &tracer, &solution, &points);
-        let error = |which: usize| {
-            rms(points.iter().zip(&found).map(|((point, _), found)| {
-                let (unblocked, exact, _) = penumbra::exact(board, point.x, point.y);
-                (found[which] - exact) / unblocked
-            }))
-        };
-        let [shown, linked] = [error(0), error(1)];
+        let [shown, linked] = [0, 1].map(|which| off_shadow(board, &points, &found, which));
         let count = |forest: &lightshaft::radiosity::Forest| forest.leaves().count();
         let mesh = solution.display.as_ref().expect("made above");
         let counts = [count(&mesh.forest), count(&solution.forest)];
@@ -65,12 +59,7 @@ fn what_is_shown_agrees_with_rays_over_the_hemisphere() {
     let solution = solved(&case, &tracer);
     let points = seen(&case, &tracer);
     let found = both(&case, &tracer, &solution, &points);
-    let gatherer = Gatherer::new(&case.hierarchy, &tracer, &solution, 4096);
-    let expected: Vec<f64> =
-        points.iter().map(|&(point, normal)| gatherer.irradiance(point, normal).total.x).collect();
-    let mean = expected.iter().sum::<f64>() / expected.len() as f64;
-    let error = |which: usize| rms(found.iter().zip(&expected).map(|(f, e)| (f[which] - e) / mean));
-    let [shown, linked] = [error(0), error(1)];
+    let [shown, linked] = off_rays(&case, &tracer, &solution, &points, &found);
     println!("{shown:.4}, without {linked:.4}");
     assert!(shown < 0.05 && shown < 0.6 * linked, "{shown}, without {linked}");
 }
